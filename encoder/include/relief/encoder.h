@@ -1,0 +1,59 @@
+// Relief: encoder for dense surfaces. The C++ library behind `relief encode`.
+//
+// Method: Ochotta and Saupe, "Image-Based Surface Compression"; the files in src/ cite its sections.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace relief {
+
+// The input is at fault. what() is one line that says what is wrong and where, without the file's name.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// An indexed triangle mesh, as read from a file. Nothing is promised of it but what a reader checks: indices are in
+// range and coordinates are finite.
+struct TriangleMesh {
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<std::array<float, 3>> normals;  // one a position, or empty
+};
+
+// Called from the encoding thread: a stage's name and how much of the whole work is done, 0 to 1, never falling.
+using Progress = std::function<void(const char* stage, double done)>;
+
+struct EncodeOptions {
+  // The target. Exactly one of these is used: bytes if it is not zero, else bits_per_vertex if not zero, else error.
+  double error = 1e-4;         // symmetric rms error (paper, equation 2) as a fraction of the bounding box diagonal
+  uint64_t bytes = 0;          // bytes of the stream
+  double bits_per_vertex = 0;  // bits of the stream per vertex of the input
+
+  double aperture = 80;  // degrees; largest angle between a normal of a patch and its plane's normal (3.2)
+  double density = 0;    // mu of 3.4: grid spacing over the mean spacing of the input's vertices; 0: by
+                         // rate-distortion, patch by patch (3.6)
+  bool fit = true;       // least-squares fitting of elevations (4.1)
+  Progress progress;     // may be empty
+};
+
+struct EncodeResult {
+  std::vector<uint8_t> stream;
+  double error = 0;         // symmetric rms error measured on the decoded stream, fraction of the diagonal
+  bool target_met = false;  // false: this is the closest that could be reached
+  uint32_t patches = 0;
+  std::vector<int> labels;             // the patch of each triangle of the input, or -1 if it was dropped
+  std::vector<std::string> warnings;   // what was repaired or left out, a line each
+  std::vector<std::pair<std::string, double>> seconds;  // time by stage
+};
+
+// Throws InputError if the mesh has no triangle of positive area.
+EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options);
+
+// Decodes with the library in decoder/. Throws InputError with the status' text.
+TriangleMesh decode(const uint8_t* data, size_t size);
+
+}  // namespace relief

@@ -1,0 +1,27 @@
+// Partition of a surface into patches that are height fields over planes (paper, 3.2 and 3.3).
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "surface/surface.h"
+
+namespace relief {
+
+struct PartitionOptions {
+  double aperture = 80;  // degrees
+  double spacing = 0;    // grid spacing, lattice units, at which no patch may cover a pixel twice; 0: mean vertex spacing
+  std::function<void(double)> progress;  // 0 to 1; may be empty
+};
+
+struct Partition {
+  std::vector<int> label;    // patch of each face, 0 .. normal.size()-1; -1: in no patch
+  std::vector<Vec3> normal;  // of each patch's plane: the area-weighted average of its faces' normals, unit length
+};
+
+// Generalised Lloyd's algorithm: flooding and refitting until every patch is a height field within the aperture, then
+// boundary shape optimisation. Every face with area belongs to a patch; every patch is edge-connected; no patch covers
+// a pixel of the given spacing twice, folded areas of less than 2e-5 of the surface excepted. Deterministic: the same
+// on any number of threads.
+Partition partition_gla(const Surface& surface, const PartitionOptions& options);
+
+}  // namespace relief
