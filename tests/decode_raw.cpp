@@ -1,0 +1,54 @@
+// decode_raw STREAM OUT: decodes a bare stream and writes positions, normals and indices, one after the
+// other, as they lie in memory. The JavaScript tests compare these bytes with what the WebAssembly decoder
+// returns.
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "relief/relief.h"
+
+static std::vector<unsigned char> read_file(const char* path) {
+  std::vector<unsigned char> bytes;
+  FILE* file = std::fopen(path, "rb");
+  if (!file) return bytes;
+  unsigned char block[1 << 16];
+  for (size_t n; (n = std::fread(block, 1, sizeof block, file)) > 0;)
+    bytes.insert(bytes.end(), block, block + n);
+  std::fclose(file);
+  return bytes;
+}
+
+template <class T>
+static bool write(FILE* file, const std::vector<T>& values, size_t count) {
+  return std::fwrite(values.data(), sizeof(T), count, file) == count;
+}
+
+static int fail(const char* what, const char* text) {
+  std::fprintf(stderr, "decode_raw: %s: %s\n", what, text);
+  return 1;
+}
+
+int main(int argc, char** argv) {
+  if (argc != 3) return fail("usage", "decode_raw STREAM OUT");
+  const std::vector<unsigned char> bytes = read_file(argv[1]);
+  relief_info info;
+  relief_status status = relief_inspect(bytes.data(), bytes.size(), nullptr, &info);
+  if (status != RELIEF_OK) return fail(argv[1], relief_status_text(status));
+
+  std::vector<float> positions(3 * size_t(info.vertex_capacity)), normals(positions.size());
+  std::vector<uint32_t> indices(3 * size_t(info.triangle_capacity));
+  void* workspace = std::aligned_alloc(16, (info.workspace_bytes + 15) / 16 * 16);
+  relief_mesh mesh = {
+      positions.data(), normals.data(), indices.data(), info.vertex_capacity, info.triangle_capacity, 0, 0};
+  status = relief_decode(bytes.data(), bytes.size(), nullptr, &mesh, workspace, info.workspace_bytes);
+  std::free(workspace);
+  if (status != RELIEF_OK) return fail(argv[1], relief_status_text(status));
+
+  FILE* file = std::fopen(argv[2], "wb");
+  if (!file) return fail(argv[2], "cannot be written");
+  const bool whole = write(file, positions, 3 * size_t(mesh.vertex_count)) &&
+                     write(file, normals, 3 * size_t(mesh.vertex_count)) &&
+                     write(file, indices, 3 * size_t(mesh.triangle_count));
+  if (std::fclose(file) != 0 || !whole) return fail(argv[2], "cannot be written");
+  return 0;
+}

@@ -1,0 +1,49 @@
+// From the bytes of a .glb, .gltf or bare .relief file to a three.js object and its figures.
+import { BufferAttribute, BufferGeometry, Mesh, MeshStandardMaterial } from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { ReliefPatchCompression } from 'relief-gltf/three';
+
+const clay = () => new MeshStandardMaterial({ color: 0xc9c3b8, roughness: 0.62, metalness: 0 });
+
+export async function loadModel(bytes, base, decoder) {
+  const start = String.fromCharCode(...bytes.subarray(0, 4));
+  if (start.startsWith('RLF')) return loadStream(bytes, decoder);
+  if (start === 'glTF' || start.trimStart().startsWith('{')) return loadGltf(bytes, base, decoder);
+  throw new Error('neither glTF nor a Relief stream');
+}
+
+function loadStream(bytes, decoder) {
+  const begin = performance.now();
+  const mesh = decoder.decode(bytes);
+  const milliseconds = performance.now() - begin;
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(mesh.positions, 3));
+  geometry.setAttribute('normal', new BufferAttribute(mesh.normals, 3));
+  geometry.setIndex(new BufferAttribute(mesh.indices, 1));
+  return {
+    object: new Mesh(geometry, clay()),
+    streams: { count: 1, bytes: bytes.length, milliseconds },
+    vertices: mesh.vertexCount,
+    triangles: mesh.triangleCount,
+  };
+}
+
+async function loadGltf(bytes, base, decoder) {
+  const loader = new GLTFLoader();
+  let plugin;
+  loader.register(parser => (plugin = new ReliefPatchCompression(parser, decoder)));
+  const gltf = await loader.parseAsync(bytes.buffer, base);
+  const unpainted = clay();
+  let vertices = 0, triangles = 0;
+  gltf.scene.traverse(object => {
+    if (!object.isMesh) return;
+    const { geometry } = object;
+    vertices += geometry.attributes.position.count;
+    triangles += (geometry.index ?? geometry.attributes.position).count / 3;
+    const at = gltf.parser.associations.get(object);
+    const primitive = gltf.parser.json.meshes[at?.meshes]?.primitives[at.primitives];
+    if (primitive && primitive.material === undefined) object.material = unpainted;
+  });
+  const { streams, bytes: streamBytes, milliseconds } = plugin.stats;
+  return { object: gltf.scene, streams: { count: streams, bytes: streamBytes, milliseconds }, vertices, triangles };
+}
