@@ -1,0 +1,59 @@
+#include "partition/partition.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "partition/boundary_shape.h"
+#include "partition/connected.h"
+#include "partition/gla.h"
+#include "partition/label_diffusion.h"
+#include "partition/merge.h"
+#include "partition/normal_cone.h"
+#include "partition/overlap.h"
+
+namespace relief {
+namespace {
+
+constexpr double kBoundarySlack = 4;    // degrees; how far beyond the aperture a smoother boundary may reach
+constexpr double kWidestAperture = 88;  // degrees; with the slack
+constexpr int kDiffusionRounds = 10, kDiffusionSteps = 12;
+constexpr int kOverlapRounds = 4;
+
+}  // namespace
+
+Partition partition_gla(const Surface& surface, const PartitionOptions& options) {
+  const auto progress = [&](double done) {
+    if (options.progress) options.progress(done);
+  };
+  const double spacing = options.spacing > 0
+                             ? options.spacing
+                             : std::sqrt(surface.total_area / static_cast<double>(surface.vertices.size()));
+  const NormalCone cone = make_normal_cone(surface, options.aperture);
+  const double widest =
+      std::max(options.aperture, std::min(options.aperture + kBoundarySlack, kWidestAperture));
+  const double epsilon = std::cos(widest * M_PI / 180);
+  NormalCone relaxed = cone;
+  relaxed.cosine = epsilon;
+
+  Patches patches = generalized_lloyd(cone, [&](double done) { progress(0.7 * done); });
+  merge_patches(cone, patches, {});
+  connect_patches(cone, patches, epsilon);
+  progress(0.75);
+  diffuse_labels(cone, patches, epsilon, kDiffusionRounds, kDiffusionSteps);
+  connect_patches(cone, patches, epsilon);
+  optimize_boundary_shape(cone, patches, epsilon);
+  progress(0.9);
+  // Each of these can undo another's condition, by moving faces or by moving planes: repeat until nothing
+  // changes.
+  for (int round = 0; round < kOverlapRounds; ++round) {
+    const int splits = split_overlaps(surface, patches, spacing);
+    const int folded = split_folded(relaxed, patches);
+    const int adrift = connect_patches(cone, patches, epsilon);
+    if (splits + folded + adrift == 0) break;
+    if (round == 0) optimize_boundary_shape(cone, patches, epsilon);
+  }
+  progress(1);
+  return {std::move(patches.label), std::move(patches.normal)};
+}
+
+}  // namespace relief
