@@ -50,8 +50,16 @@ void raster(const std::array<Vec3, 3>& t, int face, std::vector<Sample>& samples
   }
 }
 
+// The part of its patch that each face is in while patches are split. Patches are split in parallel: a thread
+// looks at the parts of its own patch's faces only.
+struct Parts {
+  const std::vector<int>& label;
+  std::vector<int> part;
+  bool together(int f, int g) const { return label[f] == label[g] && part[f] == part[g]; }
+};
+
 // Shares out the faces between the two, by distance along the surface. Returns those closer to `high`.
-std::vector<int> voronoi_half(const Surface& surface, const std::vector<int>& label, int low, int high) {
+std::vector<int> voronoi_half(const Surface& surface, const Parts& parts, int low, int high) {
   struct Entry {
     double distance;
     int face, side;
@@ -72,7 +80,7 @@ std::vector<int> voronoi_half(const Surface& surface, const std::vector<int>& la
     if (!side.emplace(e.face, e.side).second) continue;
     if (e.side == 1) half.push_back(e.face);
     for (int g : surface.adjacent[e.face])
-      if (g >= 0 && label[g] == label[e.face] && !side.count(g))
+      if (g >= 0 && parts.together(g, e.face) && !side.count(g))
         queue.push({e.distance + (centre(g) - centre(e.face)).norm(), g, e.side});
   }
   return half;
@@ -88,32 +96,27 @@ Vec3 average_normal(const Surface& surface, const std::vector<int>& faces, const
   return sum.norm() > 1e-6 * area ? Vec3(sum.normalized()) : otherwise;
 }
 
-// The parts that one patch falls into; label is written for its own faces only, with numbers below -1, and
-// restored.
-std::vector<std::vector<int>> height_fields(const Surface& surface, std::vector<int>& label,
-                                            std::vector<int> faces, const Vec3& normal, double spacing) {
+// Splits one patch until every part is a height field.
+std::vector<std::vector<int>> height_fields(const Surface& surface, Parts& parts, std::vector<int> faces,
+                                            const Vec3& normal, double spacing) {
   std::vector<std::vector<int>> done, todo{std::move(faces)};
-  const int patch = label[todo[0][0]];
-  int next = -2;
-  for (int f : todo[0]) label[f] = next;
+  int last = 0;
   while (!todo.empty()) {
-    std::vector<int> part = std::move(todo.back());
+    std::vector<int> rest = std::move(todo.back());
     todo.pop_back();
-    const Vec3 n = average_normal(surface, part, normal);
-    const Overlap overlap = find_overlap(surface, part.data(), part.data() + part.size(), n, spacing);
+    const Vec3 n = average_normal(surface, rest, normal);
+    const Overlap overlap = find_overlap(surface, rest.data(), rest.data() + rest.size(), n, spacing);
     if (is_height_field(overlap)) {
-      done.push_back(std::move(part));
+      done.push_back(std::move(rest));
       continue;
     }
-    std::vector<int> half = voronoi_half(surface, label, overlap.low, overlap.high);
-    --next;
-    for (int f : half) label[f] = next;
-    std::erase_if(part, [&](int f) { return label[f] == next; });
+    std::vector<int> half = voronoi_half(surface, parts, overlap.low, overlap.high);
+    ++last;
+    for (int f : half) parts.part[f] = last;
+    std::erase_if(rest, [&](int f) { return parts.part[f] == last; });
     todo.push_back(std::move(half));
-    todo.push_back(std::move(part));
+    todo.push_back(std::move(rest));
   }
-  for (const auto& part : done)
-    for (int f : part) label[f] = patch;
   return done;
 }
 
@@ -158,15 +161,15 @@ Overlap find_overlap(const Surface& surface, const int* begin, const int* end, c
 int split_overlaps(const Surface& surface, Patches& patches, double spacing) {
   const size_t count = patches.normal.size();
   const FaceLists lists = faces_by_patch(patches.label, count);
-  std::vector<std::vector<std::vector<int>>> parts(count);
+  Parts parts{patches.label, std::vector<int>(patches.label.size(), 0)};
+  std::vector<std::vector<std::vector<int>>> fields(count);
   tbb::parallel_for(size_t{0}, count, [&](size_t p) {
     const int i = static_cast<int>(p);
-    parts[p] =
-        height_fields(surface, patches.label, {lists.begin(i), lists.end(i)}, patches.normal[p], spacing);
+    fields[p] = height_fields(surface, parts, {lists.begin(i), lists.end(i)}, patches.normal[p], spacing);
   });
   for (size_t p = 0; p < count; ++p)
-    for (size_t i = 1; i < parts[p].size(); ++i) {
-      for (int f : parts[p][i]) patches.label[f] = static_cast<int>(patches.normal.size());
+    for (size_t i = 1; i < fields[p].size(); ++i) {
+      for (int f : fields[p][i]) patches.label[f] = static_cast<int>(patches.normal.size());
       patches.normal.push_back(patches.normal[p]);
     }
   refit(surface, patches);
