@@ -23,7 +23,7 @@ export class Stage {
     this.scene.environment = environment.texture;
     this.scene.environmentIntensity = 0.45;
     this.camera = new PerspectiveCamera(32, 1, 0.01, 100);
-    this.light = new DirectionalLight(0xfff4e6, 2.2);
+    this.light = new DirectionalLight(0xfff4e6, 1.8);
     this.camera.add(this.light, this.light.target);
     this.scene.add(this.camera);
     this.controls = new OrbitControls(this.camera, canvas);
