@@ -1,0 +1,96 @@
+#include "container.h"
+
+#include <string.h>
+
+#include "patch_table.h"
+#include "wavelet.h"
+
+namespace relief {
+
+bool read_varint(const uint8_t*& p, const uint8_t* end, uint32_t& value) {
+  value = 0;
+  for (int i = 0; i < 5; i++) {
+    if (p == end) return false;
+    const uint8_t b = *p++;
+    if (i == 4 && b > 15) return false;
+    value |= uint32_t(b & 127) << (7 * i);
+    if (b < 128) return true;
+  }
+  return false;
+}
+
+namespace {
+
+float read_float(const uint8_t* p) {
+  const uint32_t bits = uint32_t(p[0]) | uint32_t(p[1]) << 8 | uint32_t(p[2]) << 16 | uint32_t(p[3]) << 24;
+  float f;
+  memcpy(&f, &bits, 4);
+  return f;
+}
+
+bool within(float v, float lo, float hi) { return v >= lo && v <= hi; }  // false for NaN
+
+}  // namespace
+
+relief_status parse_header(const void* data, size_t size, const relief_limits& limits, Parsed& parsed) {
+  const uint8_t *const begin = static_cast<const uint8_t*>(data), *const end = begin + size;
+  const uint8_t* p = begin;
+  StreamHeader& h = parsed.header;
+  constexpr size_t kFixed = 3 + 1 + 1 + 6 * 4;
+  for (size_t i = 0; i < 3 && i < size; i++)
+    if (p[i] != "RLF"[i]) return RELIEF_ERROR_MAGIC;
+  if (size > 3 && p[3] != RELIEF_STREAM_VERSION) return RELIEF_ERROR_VERSION;
+  if (size < kFixed) return RELIEF_ERROR_TRUNCATED;
+  h.flags = p[4];
+  for (int i = 0; i < 3; i++) h.origin[i] = read_float(p + 5 + 4 * i);
+  h.scale = read_float(p + 17);
+  h.spacing = read_float(p + 21);
+  h.step = read_float(p + 25);
+  p += kFixed;
+  uint32_t* const counts[] = {&h.patch_count,  &h.mask_pixels, &h.boundary_nodes,   &h.vertex_count,
+                              &h.triangle_count, &h.table_bytes, &h.coefficient_bytes};
+  for (uint32_t* c : counts)
+    if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
+  // positions stay finite: |origin| + scale * limit < 2^127
+  bool ok = (h.flags & ~uint32_t(kFlagClosed)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
+            within(h.spacing, 1.0f, float(1 << 20)) && within(h.step, 1.0f / 64, float(1 << 20));
+  for (float o : h.origin) ok = ok && within(o, -1e37f, 1e37f);
+  ok = ok && h.patch_count > 0 && h.boundary_nodes <= h.mask_pixels && h.mask_pixels >= 3;
+  if (!ok) return RELIEF_ERROR_CORRUPT;
+  if (h.patch_count > limits.max_patches || h.mask_pixels > limits.max_pixels ||
+      h.vertex_count > limits.max_vertices || h.mask_pixels > limits.max_vertices)
+    return RELIEF_ERROR_LIMIT;
+  // every patch costs at least a byte and a half of the table
+  if (h.patch_count > h.table_bytes) return RELIEF_ERROR_CORRUPT;
+  parsed.table_begin = size_t(p - begin);
+  if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
+  parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
+  const size_t left = size - parsed.coefficients_begin;
+  parsed.holes_begin = h.coefficient_bytes <= left ? parsed.coefficients_begin + h.coefficient_bytes : size + 1;
+  return RELIEF_OK;
+}
+
+relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed, PatchHeader* patches) {
+  PatchTableModels models;
+  Totals& t = parsed.totals;
+  t = Totals();
+  for (uint32_t i = 0; i < parsed.header.patch_count; i++) {
+    PatchHeader patch = {};
+    if (!code_patch(coder, models, patch)) return RELIEF_ERROR_CORRUPT;
+    const uint64_t pixels = uint64_t(patch.width) * patch.height;
+    const uint64_t mask = mask_buffer(patch.width, patch.height);
+    const uint64_t scratch = wavelet_scratch(patch.width, patch.height);
+    t.pixels += pixels;
+    t.planes += pyramid_of(patch.width, patch.height).size;
+    if (t.pixels > limits.max_pixels || t.planes > uint64_t(limits.max_pixels) * 8) return RELIEF_ERROR_LIMIT;
+    t.scratch = scratch > t.scratch ? scratch : t.scratch;
+    t.max_width = patch.width > t.max_width ? patch.width : t.max_width;
+    t.max_pixels = pixels > t.max_pixels ? pixels : t.max_pixels;
+    t.max_mask = mask > t.max_mask ? mask : t.max_mask;
+    if (patches) patches[i] = patch;
+  }
+  if (parsed.header.mask_pixels > t.pixels) return RELIEF_ERROR_CORRUPT;
+  return RELIEF_OK;
+}
+
+}  // namespace relief

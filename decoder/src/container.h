@@ -1,0 +1,38 @@
+// The stream's header and patch table: parsed, checked against each other and against the limits.
+#pragma once
+#include "format.h"
+#include "range_decoder.h"
+
+namespace relief {
+
+// What the patch table asks for, summed up.
+struct Totals {
+  uint64_t pixels = 0;       // of all rectangles
+  uint64_t planes = 0;       // elements of all pyramids
+  uint64_t scratch = 0;      // floats of the largest patch's wavelet_scratch
+  uint32_t max_width = 0;    // of any patch
+  uint64_t max_pixels = 0;   // of any patch
+  uint64_t max_mask = 0;     // bytes of the largest mask buffer
+};
+
+struct Parsed {
+  StreamHeader header;
+  Totals totals;
+  size_t table_begin, coefficients_begin, holes_begin;  // offsets of the parts
+};
+
+// Reads a little-endian base-128 number of at most 5 bytes.
+bool read_varint(const uint8_t*& p, const uint8_t* end, uint32_t& value);
+
+// Reads the header and checks it. Everything but the patch table.
+relief_status parse_header(const void* data, size_t size, const relief_limits& limits, Parsed& parsed);
+
+// Decodes the patch table from `coder` into `patches` (null: only sums up).
+relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed, PatchHeader* patches);
+
+// How far a mask's buffer reaches around the mask: see code_mask.
+constexpr size_t kMaskBefore = 4, kMaskAbove = 3;
+constexpr size_t mask_stride(size_t w) { return w + 2 * kMaskBefore; }
+constexpr size_t mask_buffer(size_t w, size_t h) { return mask_stride(w) * (h + kMaskAbove); }
+
+}  // namespace relief

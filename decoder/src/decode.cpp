@@ -1,0 +1,226 @@
+// From a stream to a mesh: relief_inspect and relief_decode.
+#include "decode.h"
+
+#include <string.h>
+
+#include "coefficients.h"
+#include "container.h"
+#include "gaps.h"
+#include "mask.h"
+#include "mesh.h"
+#include "normals.h"
+#include "wavelet.h"
+
+namespace relief {
+namespace {
+
+struct Workspace {
+  PatchHeader* patches;
+  uint64_t* planes;  // offset of each patch's pyramid in q and mask
+  MaskModels* mask_models;
+  CoefficientModels* coefficient_models;
+  uint8_t* mask_buffer;
+  int32_t* q;
+  uint8_t* mask;
+  float* scratch;
+  uint8_t* mask_scratch;
+  MeshScratch mesh;
+  Nodes nodes;
+  uint8_t* gaps;
+};
+
+// Lays the workspace out; with an empty arena it only counts. Returns the bytes used.
+uint64_t lay_out(Arena& a, const Parsed& parsed, Workspace& w) {
+  const Totals& t = parsed.totals;
+  const uint32_t patches = parsed.header.patch_count, nodes = parsed.header.boundary_nodes;
+  w.patches = a.take<PatchHeader>(patches);
+  w.planes = a.take<uint64_t>(patches);
+  w.mask_models = a.take<MaskModels>(1);
+  w.coefficient_models = a.take<CoefficientModels>(1);
+  w.mask_buffer = a.take<uint8_t>(t.max_mask);
+  w.q = a.take<int32_t>(t.planes);
+  w.mask = a.take<uint8_t>(t.planes);
+  w.scratch = a.take<float>(t.scratch);
+  w.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
+  w.mesh.height = a.take<int32_t>(t.max_pixels);
+  w.mesh.vertex = a.take<uint32_t>(t.max_pixels);
+  w.mesh.node = a.take<uint32_t>(t.max_pixels);
+  w.mesh.run = a.take<uint32_t>(t.max_pixels);
+  w.mesh.run_of_cell = a.take<uint32_t>(t.max_pixels);
+  w.nodes.allocate(a, nodes);
+  w.gaps = a.take<uint8_t>(gap_memory_bytes(nodes));
+  return a.used + 16;
+}
+
+relief_status parse(const void* data, size_t size, const relief_limits* limits, Parsed& parsed) {
+  if (!data) return RELIEF_ERROR_ARGUMENT;
+  const relief_limits& l = limits ? *limits : relief_default_limits;
+  const relief_status status = parse_header(data, size, l, parsed);
+  if (status != RELIEF_OK) return status;
+  RangeDecoder coder(static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.header.table_bytes, false);
+  return parse_table(coder, l, parsed, nullptr);
+}
+
+// Masks of all patches, and of all their bands. The number of pixels must be the promised one.
+relief_status decode_masks(RangeDecoder& coder, const Parsed& parsed, Workspace& w) {
+  w.mask_models->init();
+  uint64_t pixels = 0;
+  for (uint32_t i = 0; i < parsed.header.patch_count; i++) {
+    const PatchHeader& patch = w.patches[i];
+    const size_t stride = mask_stride(patch.width);
+    memset(w.mask_buffer, 0, mask_buffer(patch.width, patch.height));
+    uint8_t* const rows = w.mask_buffer + kMaskAbove * stride + kMaskBefore;
+    code_mask(coder, *w.mask_models, rows, patch.width, patch.height, stride);
+    const Pyramid p = pyramid_of(patch.width, patch.height);
+    uint8_t* const mask = w.mask + w.planes[i];
+    for (uint32_t y = 0; y < patch.height; y++) {
+      const uint8_t* row = rows + y * stride;
+      memcpy(mask + p.low[0].at(0, y), row, patch.width);
+      for (uint32_t x = 0; x < patch.width; x++) pixels += row[x];
+    }
+    build_masks(p, mask, w.mask_scratch);
+  }
+  return pixels == parsed.header.mask_pixels ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
+}
+
+// All patches level by level, coarse to fine, as far as the bytes go.
+void decode_coefficients(RangeDecoder& coder, const Parsed& parsed, Workspace& w) {
+  CoefficientModels& models = *w.coefficient_models;
+  models.init();
+  const uint32_t patches = parsed.header.patch_count;
+  auto each = [&](auto decode) {
+    for (uint32_t i = 0; i < patches; i++) {
+      const Pyramid p = pyramid_of(w.patches[i].width, w.patches[i].height);
+      if (!decode(p, w.q + w.planes[i], w.mask + w.planes[i])) return false;
+    }
+    return true;
+  };
+  if (!each([&](const Pyramid& p, int32_t* q, const uint8_t* m) { return code_low(coder, models, p, q, m); })) return;
+  for (int level = kLevels - 1; level >= 0; level--) {
+    const bool all = each([&](const Pyramid& p, int32_t* q, const uint8_t* m) {
+      for (int type = 0; type < 3; type++)
+        if (!code_band(coder, models, p, q, m, level, type)) return false;
+      return true;
+    });
+    if (!all) return;
+  }
+}
+
+relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh, uint32_t& components) {
+  components = 0;
+  for (uint32_t i = 0; i < parsed.header.patch_count; i++) {
+    const PatchHeader& patch = w.patches[i];
+    const Pyramid p = pyramid_of(patch.width, patch.height);
+    const float step = float(double(parsed.header.step) * quarter_power(patch.step_index));
+    const float* z = inverse_wavelet(p, w.q + w.planes[i], w.mask + w.planes[i], step, w.scratch);
+    const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p,
+                                            w.mask + w.planes[i], z, w.mesh, mesh, w.nodes, components);
+    if (status != RELIEF_OK) return status;
+  }
+  return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
+}
+
+// Lattice to model coordinates.
+void place(const StreamHeader& h, MeshWriter& mesh) {
+  for (uint32_t i = 0; i < mesh.vertex_count; i++)
+    for (int k = 0; k < 3; k++) {
+      float& c = mesh.positions[3 * size_t(i) + k];
+      c = float(double(h.origin[k]) + double(h.scale) * double(c));
+    }
+}
+
+relief_status run(const uint8_t* data, size_t size, const relief_limits* limits, Parsed& parsed, Workspace& w,
+                  relief_mesh* out, GapTrace* trace) {
+  const StreamHeader& h = parsed.header;
+  RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
+  relief_status status = parse_table(table, limits ? *limits : relief_default_limits, parsed, w.patches);
+  if (status != RELIEF_OK) return status;
+  memset(w.q, 0, parsed.totals.planes * sizeof(*w.q));
+  memset(w.mask, 0, parsed.totals.planes);
+  uint64_t offset = 0;
+  for (uint32_t i = 0; i < h.patch_count; i++) {
+    w.planes[i] = offset;
+    offset += pyramid_of(w.patches[i].width, w.patches[i].height).size;
+  }
+  status = decode_masks(table, parsed, w);
+  if (status != RELIEF_OK) return status;
+
+  const bool cut = parsed.holes_begin > size;
+  const size_t coefficients = cut ? size - parsed.coefficients_begin : h.coefficient_bytes;
+  RangeDecoder coder(data + parsed.coefficients_begin, coefficients, cut);
+  decode_coefficients(coder, parsed, w);
+
+  MeshWriter mesh = {out->positions, out->indices, out->vertex_capacity, out->triangle_capacity, 0, 0};
+  uint32_t components = 0;
+  status = mesh_patches(parsed, w, mesh, components);
+  if (status != RELIEF_OK) return status;
+  float spacing = 0;
+  for (uint32_t i = 0; i < h.patch_count; i++) {
+    const float s = spacing_of(h.spacing, w.patches[i]);
+    if (s > spacing) spacing = s;
+  }
+  const uint8_t* holes = cut || parsed.holes_begin == size ? nullptr : data + parsed.holes_begin;
+  const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, holes, data + size, trace};
+  status = close_gaps(w.nodes, components, options, mesh, w.gaps);
+  if (status != RELIEF_OK) return status;
+  if (out->normals) vertex_normals(mesh, out->normals);
+  place(h, mesh);
+  out->vertex_count = mesh.vertex_count;
+  out->triangle_count = mesh.triangle_count;
+  return RELIEF_OK;
+}
+
+}  // namespace
+
+relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
+                            void* workspace, size_t workspace_size, GapTrace* trace) {
+  if (!mesh || !mesh->positions || !mesh->indices || !workspace) return RELIEF_ERROR_ARGUMENT;
+  if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
+  Parsed parsed;
+  const relief_status status = parse(data, size, limits, parsed);
+  if (status != RELIEF_OK) return status;
+  Arena counted = {nullptr}, arena = {static_cast<uint8_t*>(workspace)};
+  Workspace w;
+  if (lay_out(counted, parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
+  lay_out(arena, parsed, w);
+  return run(static_cast<const uint8_t*>(data), size, limits, parsed, w, mesh, trace);
+}
+
+}  // namespace relief
+
+using namespace relief;
+
+extern "C" relief_status relief_inspect(const void* data, size_t size, const relief_limits* limits,
+                                        relief_info* info) {
+  if (!info) return RELIEF_ERROR_ARGUMENT;
+  Parsed parsed;
+  const relief_status status = parse(data, size, limits, parsed);
+  if (status != RELIEF_OK) return status;
+  const StreamHeader& h = parsed.header;
+  const relief_limits& l = limits ? *limits : relief_default_limits;
+  const uint64_t vertices = h.mask_pixels + gap_vertices(h.boundary_nodes);
+  const uint64_t triangles = 2 * uint64_t(h.mask_pixels) + gap_triangles(h.boundary_nodes);
+  if (vertices > 0xffffffffu || triangles > 0xffffffffu || h.vertex_count > l.max_vertices) return RELIEF_ERROR_LIMIT;
+  if (h.vertex_count > vertices || h.triangle_count > triangles) return RELIEF_ERROR_CORRUPT;
+  Arena counted = {nullptr};
+  Workspace w;
+  relief_info r = {};
+  r.workspace_bytes = lay_out(counted, parsed, w);
+  r.version = RELIEF_STREAM_VERSION;
+  r.patch_count = h.patch_count;
+  r.pixel_count = uint32_t(parsed.totals.pixels);
+  r.vertex_count = h.vertex_count;
+  r.triangle_count = h.triangle_count;
+  r.vertex_capacity = uint32_t(vertices);
+  r.triangle_capacity = uint32_t(triangles);
+  for (int i = 0; i < 3; i++) r.origin[i] = h.origin[i];
+  r.scale = h.scale;
+  r.masks_end = uint32_t(parsed.coefficients_begin);
+  *info = r;
+  return RELIEF_OK;
+}
+
+extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
+                                       void* workspace, size_t workspace_size) {
+  return decode_traced(data, size, limits, mesh, workspace, workspace_size, nullptr);
+}

@@ -1,0 +1,73 @@
+// Adaptive binary models and the tables that are part of the format. Shared with the encoder.
+#pragma once
+#include <stddef.h>
+#include <stdint.h>
+
+namespace relief {
+
+// An adaptive probability of a bit being 1: 22 bits of probability, 10 bits of count. The rate of adaptation falls
+// with the count (1 / (count + 1.6)) until the limit, so that a fresh context learns fast and a used one is steady.
+using Model = uint32_t;
+constexpr Model kModelInit = 1u << 31;
+
+constexpr Model model_of(uint32_t p16, uint32_t count) { return p16 << 16 | count; }
+
+// Probability of a 1 in 16 bits, kept away from 0 and 1 so that no interval of the coder vanishes. Part of the format.
+inline uint32_t model_p16(Model m) {
+  uint32_t p = m >> 16;
+  return p < 32 ? 32 : p > 65504 ? 65504 : p;
+}
+
+struct ReciprocalTable {
+  uint32_t value[1024];
+  constexpr ReciprocalTable() : value() {
+    for (uint32_t i = 0; i < 1024; i++) value[i] = 655360 / (10 * i + 16);  // 65536 / (i + 1.6), part of the format
+  }
+};
+inline constexpr ReciprocalTable kReciprocal;
+
+template <uint32_t Limit>
+inline void model_update(Model& m, int bit) {
+  const uint32_t count = m & 1023;
+  const int32_t p = int32_t(m >> 10), target = bit ? (1 << 22) - 1 : 0;
+  const int32_t next = p + int32_t((int64_t(target - p) * kReciprocal.value[count]) >> 16);
+  m = uint32_t(next) << 10 | (count < Limit ? count + 1 : count);
+}
+
+// Adaptation limits, part of the format.
+constexpr uint32_t kCoefficientLimit = 255;
+constexpr uint32_t kMaskLimit = 400;
+
+// The coder's side of a bit: Coder is RangeDecoder (ignores `bit`, returns the decoded one) or RangeEncoder.
+template <uint32_t Limit, class Coder>
+inline int code_bit(Coder& coder, Model& m, int bit) {
+  bit = coder.code(bit, model_p16(m));
+  model_update<Limit>(m, bit);
+  return bit;
+}
+
+// Exponential-Golomb code of value >= 0 with adaptive models for the prefix and the top bit of the remainder.
+// models: 40 of them. At most 20 prefix bits: value < 2^20.
+constexpr int kGolombModels = 40;
+template <class Coder>
+inline uint32_t code_golomb(Coder& coder, Model* models, uint32_t value) {
+  int bits = 0;
+  while (bits < 20 && (value + 1) >> (bits + 1)) bits++;
+  int n = 0;
+  while (n < 20 && code_bit<kCoefficientLimit>(coder, models[n < 19 ? n : 19], n < bits)) n++;
+  uint32_t out = 1;
+  for (int i = n - 1; i >= 0; i--) {
+    const int bit = (value + 1) >> i & 1;
+    out = out * 2 + (i == n - 1 ? code_bit<kCoefficientLimit>(coder, models[20 + (i < 19 ? i : 19)], bit)
+                                : coder.code(bit, 32768));
+  }
+  return out - 1;
+}
+
+template <class Coder>
+inline int32_t code_signed(Coder& coder, Model* models, int32_t value) {
+  const uint32_t zigzag = code_golomb(coder, models, uint32_t(value) << 1 ^ uint32_t(value >> 31));
+  return int32_t(zigzag >> 1) ^ -int32_t(zigzag & 1);
+}
+
+}  // namespace relief

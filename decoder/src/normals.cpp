@@ -1,0 +1,33 @@
+#include "normals.h"
+
+#include <string.h>
+
+namespace relief {
+
+void vertex_normals(const MeshWriter& mesh, float* normals) {
+  memset(normals, 0, size_t(mesh.vertex_count) * 3 * sizeof(float));
+  const float* p = mesh.positions;
+  for (uint32_t t = 0; t < mesh.triangle_count; t++) {
+    const uint32_t* v = mesh.indices + 3 * size_t(t);
+    const float *a = p + 3 * size_t(v[0]), *b = p + 3 * size_t(v[1]), *c = p + 3 * size_t(v[2]);
+    const float ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
+    const float vx = c[0] - a[0], vy = c[1] - a[1], vz = c[2] - a[2];
+    const float nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    for (int k = 0; k < 3; k++) {
+      float* n = normals + 3 * size_t(v[k]);
+      n[0] += nx, n[1] += ny, n[2] += nz;
+    }
+  }
+  for (uint32_t i = 0; i < mesh.vertex_count; i++) {
+    float* n = normals + 3 * size_t(i);
+    const float s = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    if (s > 0) {
+      const float l = __builtin_sqrtf(s);
+      n[0] /= l, n[1] /= l, n[2] /= l;
+    } else {
+      n[2] = 1;
+    }
+  }
+}
+
+}  // namespace relief
