@@ -11,17 +11,20 @@ namespace relief {
 
 using Vec3 = Eigen::Vector3d;
 
-// Coordinates are in lattice units: the diagonal of the input's bounding box is kLatticeDiagonal long and the centre of
-// the box is the origin, so an error E (1e-4 of the diagonal) is E * 104.8576 units. model = origin + scale * lattice.
+// Coordinates are in lattice units: the diagonal of the input's bounding box is kLatticeDiagonal long and the
+// centre of the box is the origin, so an error E (1e-4 of the diagonal) is E * 104.8576 units. model = origin
+// + scale * lattice.
 constexpr double kLatticeDiagonal = 1 << 20;
 
 struct Surface {
   std::vector<Vec3> vertices;
-  std::vector<std::array<int, 3>> faces;     // counter-clockwise from outside; never degenerate (three distinct vertices)
-  std::vector<std::array<int, 3>> adjacent;  // the face across the edge (v[k], v[(k+1)%3]), or -1 at the border
-  std::vector<Vec3> normals;                 // unit, one a face; (0,0,0) for a face without area
-  std::vector<double> areas;                 // one a face
-  std::vector<int> component;                // connected component (by edges) of each face, numbered from 0
+  std::vector<std::array<int, 3>>
+      faces;  // counter-clockwise from outside; never degenerate (three distinct vertices)
+  std::vector<std::array<int, 3>>
+      adjacent;                // the face across the edge (v[k], v[(k+1)%3]), or -1 at the border
+  std::vector<Vec3> normals;   // unit, one a face; (0,0,0) for a face without area
+  std::vector<double> areas;   // one a face
+  std::vector<int> component;  // connected component (by edges) of each face, numbered from 0
   std::vector<double> component_area;
   std::vector<int> source;  // the triangle of the input that each face came from
   double total_area = 0;
@@ -30,10 +33,10 @@ struct Surface {
   std::vector<std::string> warnings;  // what was repaired, a line each
 };
 
-// Builds the surface with OpenMesh's half-edge structure: merges vertices of equal position, drops degenerate and
-// duplicate triangles, makes neighbours agree in orientation where they can, and splits non-manifold edges and vertices
-// (3.2 needs a surface on which flooding is well defined).
-// Throws InputError if no triangle with positive area is left.
+// Builds the surface with OpenMesh's half-edge structure: merges vertices of equal position, drops degenerate
+// and duplicate triangles, makes neighbours agree in orientation where they can, and splits non-manifold
+// edges and vertices (3.2 needs a surface on which flooding is well defined). Throws InputError if no
+// triangle with positive area is left.
 Surface build_surface(const TriangleMesh& mesh);
 
 }  // namespace relief

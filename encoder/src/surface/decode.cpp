@@ -1,0 +1,40 @@
+// decode() of relief/encoder.h: the C API of decoder/ with memory of our own.
+#include <cstdlib>
+#include <memory>
+
+#include "relief/encoder.h"
+#include "relief/relief.h"
+
+namespace relief {
+
+TriangleMesh decode(const uint8_t* data, size_t size) {
+  auto check = [](relief_status status) {
+    if (status != RELIEF_OK) throw InputError(relief_status_text(status));
+  };
+  relief_info info;
+  check(relief_inspect(data, size, nullptr, &info));
+
+  TriangleMesh mesh;
+  mesh.positions.resize(info.vertex_capacity);
+  mesh.normals.resize(info.vertex_capacity);
+  mesh.triangles.resize(info.triangle_capacity);
+  constexpr size_t kAlignment = 16;
+  size_t workspace_size = (size_t(info.workspace_bytes) + kAlignment - 1) / kAlignment * kAlignment;
+  std::unique_ptr<void, void (*)(void*)> workspace(
+      std::aligned_alloc(kAlignment, workspace_size ? workspace_size : kAlignment), &std::free);
+  if (!workspace) throw std::bad_alloc();
+
+  relief_mesh out{};
+  out.positions = reinterpret_cast<float*>(mesh.positions.data());
+  out.normals = reinterpret_cast<float*>(mesh.normals.data());
+  out.indices = reinterpret_cast<uint32_t*>(mesh.triangles.data());
+  out.vertex_capacity = info.vertex_capacity;
+  out.triangle_capacity = info.triangle_capacity;
+  check(relief_decode(data, size, nullptr, &out, workspace.get(), workspace_size));
+  mesh.positions.resize(out.vertex_count);
+  mesh.normals.resize(out.vertex_count);
+  mesh.triangles.resize(out.triangle_count);
+  return mesh;
+}
+
+}  // namespace relief
