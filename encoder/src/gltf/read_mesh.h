@@ -6,9 +6,10 @@
 
 namespace relief {
 
-// Reads all triangle primitives (modes 4, 5, 6) of the default scene of a .glb/.gltf, transformed to world space, as
-// one mesh; primitives with RELIEF_patch_compression are decoded. Normals are kept if every primitive has them, else
-// left empty. Throws InputError as read_mesh does; a scene without triangles has "no faces".
+// Reads all triangle primitives (modes 4, 5, 6) of the default scene of a .glb/.gltf, transformed to world
+// space, as one mesh; primitives with RELIEF_patch_compression are decoded. Normals are kept if every
+// primitive has them, else left empty. Throws InputError as read_mesh does; a scene without triangles has "no
+// faces".
 TriangleMesh read_gltf_mesh(const std::string& path);
 
 }  // namespace relief

@@ -1,0 +1,53 @@
+// Scenes of one primitive: a stream, or a plain mesh.
+#include "gltf/accessors.h"
+#include "gltf/gltf.h"
+
+namespace relief {
+
+void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& stream) {
+  TriangleMesh mesh = decode(stream.data(), stream.size());
+  Document document = one_primitive_document();
+  document.directory = std::filesystem::path(out).parent_path();
+  add_name(document.json, "extensionsUsed", kExtension);
+  add_name(document.json, "extensionsRequired", kExtension);
+  size_t position = append(document.json, "accessors", position_accessor(mesh));
+  size_t normal = append(document.json, "accessors", normal_accessor(mesh));
+  size_t indices = append(document.json, "accessors", index_accessor(mesh));
+  size_t view = append_view(document, stream);
+  Json& primitive = document.json["meshes"][0]["primitives"][0];
+  primitive["attributes"] = {{"POSITION", position}, {"NORMAL", normal}};
+  primitive["indices"] = indices;
+  primitive["extensions"] = {{kExtension, {{"bufferView", view}}}};
+  save_document(std::move(document), out);
+}
+
+void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
+                     const std::vector<std::array<uint8_t, 4>>& colors) {
+  if (mesh.triangles.empty()) throw InputError("has no faces");
+  Document document = one_primitive_document();
+  document.directory = std::filesystem::path(out).parent_path();
+  Json& root = document.json;
+  Json attributes;
+  auto add = [&](Json accessor, const Bytes& bytes, unsigned target) {
+    accessor["bufferView"] = append_vertex_view(document, bytes, target);
+    return append(root, "accessors", std::move(accessor));
+  };
+  attributes["POSITION"] = add(position_accessor(mesh), position_bytes(mesh), kArrayBuffer);
+  if (!mesh.normals.empty())
+    attributes["NORMAL"] = add(normal_accessor(mesh), normal_bytes(mesh), kArrayBuffer);
+  if (!colors.empty()) {
+    Bytes bytes;
+    for (const auto& c : colors) bytes.insert(bytes.end(), c.begin(), c.end());
+    constexpr unsigned kUnsignedByte = 5121;
+    Json accessor = {
+        {"componentType", kUnsignedByte}, {"normalized", true}, {"count", colors.size()}, {"type", "VEC4"}};
+    attributes["COLOR_0"] = add(std::move(accessor), bytes, kArrayBuffer);
+  }
+  size_t indices = add(index_accessor(mesh), index_bytes(mesh), kElementArrayBuffer);
+  Json& primitive = root["meshes"][0]["primitives"][0];
+  primitive["attributes"] = std::move(attributes);
+  primitive["indices"] = indices;
+  save_document(std::move(document), out);
+}
+
+}  // namespace relief
