@@ -1,5 +1,6 @@
 #include "surface/surface.h"
 
+#include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>

@@ -73,12 +73,13 @@ std::string glb_json(const TriangleMesh& mesh) {
   size_t vectors = mesh.positions.size() * 12, normals = mesh.normals.size() * 12;
   size_t indices = mesh.triangles.size() * 12;
   std::string views, accessors, bounds[2];
+  size_t view = 0;
   auto add = [&](size_t offset, size_t bytes, int target, size_t count, const char* type) {
-    size_t view = views.empty() ? 0 : size_t(std::count(views.begin(), views.end(), '{'));
-    views += (view ? "," : "") + std::string("{\"buffer\":0,\"byteOffset\":") + std::to_string(offset) +
+    if (view > 0) views += ',', accessors += ',';
+    views += "{\"buffer\":0,\"byteOffset\":" + std::to_string(offset) +
              ",\"byteLength\":" + std::to_string(bytes) + ",\"target\":" + std::to_string(target) + "}";
-    accessors += (view ? "," : "") + std::string("{\"bufferView\":") + std::to_string(view) +
-                 ",\"count\":" + std::to_string(count) + "," + type;
+    accessors +=
+        "{\"bufferView\":" + std::to_string(view++) + ",\"count\":" + std::to_string(count) + "," + type;
   };
   for (int k = 0; k < 3; k++) {
     auto less = [k](const auto& a, const auto& b) { return a[k] < b[k]; };
@@ -97,13 +98,13 @@ std::string glb_json(const TriangleMesh& mesh) {
   add(vectors + normals, indices, 34963, mesh.triangles.size() * 3,
       "\"componentType\":5125,\"type\":\"SCALAR\"");
   accessors += "}";
-  return std::string(
-             "{\"asset\":{\"version\":\"2.0\",\"generator\":\"Relief\"},\"scene\":0,\"scenes\":[{\"nodes\":["
-             "0]}],") +
-         "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0" +
-         (normals ? ",\"NORMAL\":1" : "") + "},\"indices\":" + (normals ? "2" : "1") +
-         "}]}],\"accessors\":[" + accessors + "],\"bufferViews\":[" + views +
-         "],\"buffers\":[{\"byteLength\":" + std::to_string(vectors + normals + indices) + "}]}";
+  std::string json = "{\"asset\":{\"version\":\"2.0\",\"generator\":\"Relief\"},\"scene\":0,";
+  json += "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{";
+  json += normals ? "\"attributes\":{\"POSITION\":0,\"NORMAL\":1},\"indices\":2"
+                  : "\"attributes\":{\"POSITION\":0},\"indices\":1";
+  json += "}]}],\"accessors\":[" + accessors + "],\"bufferViews\":[" + views;
+  json += "],\"buffers\":[{\"byteLength\":" + std::to_string(vectors + normals + indices) + "}]}";
+  return json;
 }
 
 std::string glb_bytes(const TriangleMesh& mesh) {
