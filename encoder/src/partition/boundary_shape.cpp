@@ -19,8 +19,8 @@ struct Move {
 
 class BoundaryShape {
  public:
-  BoundaryShape(const NormalCone& cone, Patches& patches, double epsilon)
-      : cone_(cone), surface_(*cone.surface), patches_(patches), label_(patches.label), epsilon_(epsilon) {
+  BoundaryShape(const NormalCone& cone, const Surface& surface, Patches& patches, double epsilon)
+      : cone_(cone), surface_(surface), patches_(patches), label_(patches.label), epsilon_(epsilon) {
     // Smaller decreases would be rounding errors.
     least_ = 1e-9 * std::sqrt(surface_.total_area);
   }
@@ -162,9 +162,10 @@ double BoundaryShape::run() {
 
 }  // namespace
 
-double optimize_boundary_shape(const NormalCone& cone, Patches& patches, double epsilon) {
-  const double sum = BoundaryShape(cone, patches, epsilon).run();
-  refit(*cone.surface, patches);
+double optimize_boundary_shape(const NormalCone& cone, const Surface& surface, Patches& patches,
+                               double epsilon) {
+  const double sum = BoundaryShape(cone, surface, patches, epsilon).run();
+  refit(surface, patches);
   compact(patches);
   return sum;
 }

@@ -35,9 +35,9 @@ std::vector<Piece> pieces_of(const Surface& surface, const std::vector<int>& lab
 }
 
 // The patch that the piece should join, or -1. Pieces that are adrift themselves do not count as neighbours.
-int best_neighbour(const NormalCone& cone, const Patches& patches, const std::vector<double>& patch_area,
-                   const std::vector<char>& adrift, const Piece& piece, double epsilon) {
-  const Surface& surface = *cone.surface;
+int best_neighbour(const NormalCone& cone, const Surface& surface, const Patches& patches,
+                   const std::vector<double>& patch_area, const std::vector<char>& adrift, const Piece& piece,
+                   double epsilon) {
   std::vector<std::pair<int, double>> shared;  // patch, length of the common border
   for (int f : piece.faces)
     for (int k = 0; k < 3; ++k) {
@@ -64,8 +64,7 @@ int best_neighbour(const NormalCone& cone, const Patches& patches, const std::ve
 
 }  // namespace
 
-int connect_patches(const NormalCone& cone, Patches& patches, double epsilon) {
-  const Surface& surface = *cone.surface;
+int connect_patches(const NormalCone& cone, const Surface& surface, Patches& patches, double epsilon) {
   std::vector<Piece> pieces = pieces_of(surface, patches.label);
   std::vector<int> main(patches.normal.size(), -1);
   std::vector<double> patch_area(patches.normal.size(), 0);
@@ -85,7 +84,7 @@ int connect_patches(const NormalCone& cone, Patches& patches, double epsilon) {
   // A piece may be joined to one that was joined in the round before.
   for (int round = 0; round < kRounds && !waiting.empty(); ++round)
     std::erase_if(waiting, [&](int i) {
-      const int p = best_neighbour(cone, patches, patch_area, adrift, pieces[i], epsilon);
+      const int p = best_neighbour(cone, surface, patches, patch_area, adrift, pieces[i], epsilon);
       if (p < 0) return false;
       patch_area[p] += pieces[i].area;
       for (int f : pieces[i].faces) {
@@ -96,7 +95,7 @@ int connect_patches(const NormalCone& cone, Patches& patches, double epsilon) {
     });
   for (int i : waiting) {
     for (int f : pieces[i].faces) patches.label[f] = static_cast<int>(patches.normal.size());
-    patches.normal.push_back(cone.normals[pieces[i].faces[0]].cast<double>());
+    patches.normal.push_back(cone.cells.smooth[pieces[i].faces[0]].cast<double>());
   }
   refit(surface, patches);
   compact(patches);

@@ -7,7 +7,9 @@
 namespace relief {
 
 // Floods the surface from seeds and refits the planes, adding seeds where a patch leaves its cone, until
-// every patch satisfies the normal-cone condition. Patches are edge-connected.
-Patches generalized_lloyd(const NormalCone& cone, const std::function<void(double)>& progress);
+// every patch satisfies the normal-cone condition; first on cells of several faces, which is as many times
+// faster, then on faces. Patches are edge-connected. Components without area get no patch.
+Patches generalized_lloyd(const NormalCone& cone, const Surface& surface,
+                          const std::function<void(double)>& progress);
 
 }  // namespace relief

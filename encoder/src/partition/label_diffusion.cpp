@@ -64,8 +64,8 @@ std::vector<int> band_around_boundaries(const Surface& surface, const std::vecto
 
 }  // namespace
 
-void diffuse_labels(const NormalCone& cone, Patches& patches, double epsilon, int rounds, int steps) {
-  const Surface& surface = *cone.surface;
+void diffuse_labels(const NormalCone& cone, const Surface& surface, Patches& patches, double epsilon,
+                    int rounds, int steps) {
   std::vector<int>& label = patches.label;
   std::vector<int> slot;
   for (int round = 0; round < rounds; ++round) {

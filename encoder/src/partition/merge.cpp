@@ -23,7 +23,7 @@ Vec3 common_cone(const NormalCone& cone, const Group& a, const Group& b) {
   const bool a_first = a.area < b.area;
   for (const Group* g : {a_first ? &a : &b, a_first ? &b : &a})
     for (int f : g->faces)
-      if (!cone.inside(f, n) && (allowed -= cone.surface->areas[f]) < 0) return Vec3::Zero();
+      if (!cone.inside(f, n) && (allowed -= cone.cells.area[f]) < 0) return Vec3::Zero();
   return n;
 }
 
@@ -50,10 +50,10 @@ std::vector<Group> groups_of(const Surface& surface, const Patches& patches) {
 
 // One round: every pair is tested as it is at the start; a pair whose patches have changed since is tested
 // again.
-int merge_round(const NormalCone& cone, Patches& patches, std::vector<char>& changed,
+int merge_round(const NormalCone& cone, const Surface& surface, Patches& patches, std::vector<char>& changed,
                 const MayMerge& may_merge) {
-  std::vector<Group> groups = groups_of(*cone.surface, patches);
-  std::vector<Border> pairs = borders(*cone.surface, patches.label);
+  std::vector<Group> groups = groups_of(surface, patches);
+  std::vector<Border> pairs = borders(surface, patches.label);
   std::erase_if(pairs, [&](const Border& e) { return !changed[e.a] && !changed[e.b]; });
   std::vector<char> ok(pairs.size());
   tbb::parallel_for(size_t{0}, pairs.size(),
@@ -91,11 +91,12 @@ int merge_round(const NormalCone& cone, Patches& patches, std::vector<char>& cha
 
 }  // namespace
 
-int merge_patches(const NormalCone& cone, Patches& patches, const MayMerge& may_merge) {
+int merge_patches(const NormalCone& cone, const Surface& surface, Patches& patches,
+                  const MayMerge& may_merge) {
   int all = 0;
   std::vector<char> changed(patches.normal.size(), 1);
-  while (const int merged = merge_round(cone, patches, changed, may_merge)) all += merged;
-  refit(*cone.surface, patches);
+  while (const int merged = merge_round(cone, surface, patches, changed, may_merge)) all += merged;
+  refit(surface, patches);
   compact(patches);
   return all;
 }

@@ -13,6 +13,7 @@ using MayMerge = std::function<bool(const std::vector<int>& faces, const Vec3& n
 // Merges neighbours, those with the longest common border first, while the union satisfies the normal-cone
 // condition. Returns the number of merges. `may_merge` may be empty; it may be called from several threads at
 // once.
-int merge_patches(const NormalCone& cone, Patches& patches, const MayMerge& may_merge);
+int merge_patches(const NormalCone& cone, const Surface& surface, Patches& patches,
+                  const MayMerge& may_merge);
 
 }  // namespace relief

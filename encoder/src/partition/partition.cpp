@@ -35,22 +35,22 @@ Partition partition_gla(const Surface& surface, const PartitionOptions& options)
   NormalCone relaxed = cone;
   relaxed.cosine = epsilon;
 
-  Patches patches = generalized_lloyd(cone, [&](double done) { progress(0.7 * done); });
-  merge_patches(cone, patches, {});
-  connect_patches(cone, patches, epsilon);
+  Patches patches = generalized_lloyd(cone, surface, [&](double done) { progress(0.7 * done); });
+  merge_patches(cone, surface, patches, {});
+  connect_patches(cone, surface, patches, epsilon);
   progress(0.75);
-  diffuse_labels(cone, patches, epsilon, kDiffusionRounds, kDiffusionSteps);
-  connect_patches(cone, patches, epsilon);
-  optimize_boundary_shape(cone, patches, epsilon);
+  diffuse_labels(cone, surface, patches, epsilon, kDiffusionRounds, kDiffusionSteps);
+  connect_patches(cone, surface, patches, epsilon);
+  optimize_boundary_shape(cone, surface, patches, epsilon);
   progress(0.9);
   // Each of these can undo another's condition, by moving faces or by moving planes: repeat until nothing
   // changes.
   for (int round = 0; round < kOverlapRounds; ++round) {
     const int splits = split_overlaps(surface, patches, spacing);
-    const int folded = split_folded(relaxed, patches);
-    const int adrift = connect_patches(cone, patches, epsilon);
+    const int folded = split_folded(relaxed, surface, patches);
+    const int adrift = connect_patches(cone, surface, patches, epsilon);
     if (splits + folded + adrift == 0) break;
-    if (round == 0) optimize_boundary_shape(cone, patches, epsilon);
+    if (round == 0) optimize_boundary_shape(cone, surface, patches, epsilon);
   }
   progress(1);
   return {std::move(patches.label), std::move(patches.normal)};
