@@ -1,0 +1,53 @@
+// node bench.mjs [--quick] MODEL.ply...: measures everything and writes bench/results (called by bench/run).
+import { execFileSync } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+
+import { decodeTimes } from './decode_times.mjs';
+import { readPly, root, writePly } from './meshes.mjs';
+import { draco, gltfpack, measure, relief, simplifyDraco } from './peers.mjs';
+import { plot } from './plot.mjs';
+import { report } from './report.mjs';
+
+const quick = process.argv.includes('--quick');
+const files = process.argv.slice(2).filter(argument => !argument.startsWith('--'));
+
+async function measureModel(file) {
+  const name = path.basename(file, path.extname(file));
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'relief-bench-'));
+  try {
+    const mesh = readPly(file);
+    const model = { mesh, folder, quick, ply: path.join(folder, 'model.ply') };
+    writePly(model.ply, mesh);
+    const points = [];
+    const record = ({ file: decoded, ...point }) => {
+      points.push({ ...point, ...measure(model.ply, decoded) });
+      const { peer, settings, bytes, rms } = points.at(-1);
+      console.log(`${name}: ${peer} ${settings}: ${bytes} bytes, E ${rms.toFixed(3)}`);
+    };
+    for (const peer of [relief, draco, simplifyDraco, gltfpack]) await peer(model, record);
+    const decoding = await decodeTimes(model);
+    for (const [who, time] of Object.entries(decoding.times)) console.log(`${name}: ${who}: ${time.median.toFixed(1)} ms`);
+    return { name, vertices: mesh.positions.length / 3, triangles: mesh.indices.length / 3, points, decoding };
+  } finally {
+    fs.rmSync(folder, { recursive: true });
+  }
+}
+
+const git = (...args) => execFileSync('git', args, { cwd: root, encoding: 'utf8' }).trim();
+const changed = git('status', '--porcelain', '--untracked-files=no', '--', 'decoder', 'encoder') !== '';
+const models = [];
+for (const file of files) models.push(await measureModel(file));
+const results = {
+  commit: git('rev-parse', '--short=12', 'HEAD') + (changed ? ' with uncommitted changes' : ''),
+  date: new Date().toISOString().slice(0, 10),
+  machine: `${os.cpus()[0].model}, ${os.cpus().length} cores`,
+  models,
+};
+const output = path.join(root, quick ? 'build/bench-quick' : 'bench/results');
+fs.mkdirSync(output, { recursive: true });
+fs.writeFileSync(path.join(output, 'results.json'), JSON.stringify(results, null, 1) + '\n');
+fs.writeFileSync(path.join(output, 'results.md'), report(results));
+for (const { name, points } of models) fs.writeFileSync(path.join(output, `${name}.svg`), plot(name, points));
+console.log(`written: ${path.relative(process.cwd(), output)}`);

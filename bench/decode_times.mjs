@@ -1,0 +1,97 @@
+// Decode times in turns: Draco's and Relief's native programs, then the WebAssembly decoders in Node.
+import fs from 'node:fs';
+import path from 'node:path';
+import draco3d from 'draco3d';
+import { MeshoptDecoder, MeshoptEncoder } from 'meshoptimizer';
+
+import { root } from './meshes.mjs';
+import { RELIEF, run } from './peers.mjs';
+import { createReliefDecoder } from '../web/dist/relief.mjs';
+
+const ROUNDS = 11, WARM_UP = 2;
+
+const median = values => [...values].sort((a, b) => a - b)[values.length >> 1];
+const summary = values => ({ median: median(values), min: Math.min(...values), max: Math.max(...values), rounds: values.length });
+
+// Runs all contestants once a round; returns { name: { median, min, max, rounds } } of milliseconds.
+function inTurns(contestants, rounds) {
+  const times = Object.fromEntries(Object.keys(contestants).map(name => [name, []]));
+  for (let round = -WARM_UP; round < rounds; round++) {
+    for (const [name, once] of Object.entries(contestants)) {
+      const milliseconds = once();
+      if (round >= 0) times[name].push(milliseconds);
+    }
+  }
+  return Object.fromEntries(Object.entries(times).map(([name, values]) => [name, summary(values)]));
+}
+
+const timed = call => {
+  const begin = performance.now();
+  call();
+  return performance.now() - begin;
+};
+
+function native(stream, drc, folder) {
+  const decodeTime = path.join(root, 'build/release/bench/decode_time');
+  const out = path.join(folder, 'timed.ply');
+  const milliseconds = (text, pattern) => Number(pattern.exec(text)[1]);
+  return inTurns({
+    'Draco, native': () => milliseconds(run('draco_decoder', '-i', drc, '-o', out), /\((\d+) ms to decode\)/),
+    'Relief, native': () => milliseconds(run(decodeTime, stream), /^([\d.]+) ms/),
+  }, ROUNDS);
+}
+
+// Draco's own usage: decode, then fetch positions and indices.
+function dracoDecode(module, bytes) {
+  const decoder = new module.Decoder(), mesh = new module.Mesh();
+  const status = decoder.DecodeArrayToMesh(bytes, bytes.length, mesh);
+  if (!status.ok()) throw new Error(status.error_msg());
+  const indexBytes = 12 * mesh.num_faces(), positionBytes = 12 * mesh.num_points();
+  const indexAt = module._malloc(indexBytes), positionAt = module._malloc(positionBytes);
+  decoder.GetTrianglesUInt32Array(mesh, indexBytes, indexAt);
+  decoder.GetAttributeDataArrayForAllPoints(mesh, decoder.GetAttribute(mesh, decoder.GetAttributeId(mesh, module.POSITION)),
+    module.DT_FLOAT32, positionBytes, positionAt);
+  const result = [new Uint32Array(module.HEAPF32.buffer, indexAt, indexBytes / 4).slice(),
+    new Float32Array(module.HEAPF32.buffer, positionAt, positionBytes / 4).slice()];
+  for (const address of [indexAt, positionAt]) module._free(address);
+  for (const object of [mesh, decoder]) module.destroy(object);
+  return result;
+}
+
+// meshopt on 12-bit positions of the same model, as gltfpack stores it without simplification.
+async function meshoptContestant({ positions, indices }) {
+  await Promise.all([MeshoptDecoder.ready, MeshoptEncoder.ready]);
+  const [remap, unique] = MeshoptEncoder.reorderMesh(indices.slice(), true, true);
+  const ordered = new Uint16Array(4 * unique), triangles = indices.map(vertex => remap[vertex]);
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  positions.forEach((x, i) => { low[i % 3] = Math.min(low[i % 3], x); high[i % 3] = Math.max(high[i % 3], x); });
+  const scale = 4095 / Math.max(...high.map((x, k) => x - low[k]));
+  remap.forEach((to, from) => {
+    if (to < unique) for (let k = 0; k < 3; k++) ordered[4 * to + k] = Math.round((positions[3 * from + k] - low[k]) * scale);
+  });
+  const vertexBytes = MeshoptEncoder.encodeVertexBuffer(new Uint8Array(ordered.buffer), unique, 8);
+  const indexBytes = MeshoptEncoder.encodeIndexBuffer(new Uint8Array(triangles.buffer), triangles.length, 4);
+  return () => timed(() => {
+    MeshoptDecoder.decodeVertexBuffer(new Uint8Array(8 * unique), unique, 8, vertexBytes);
+    MeshoptDecoder.decodeIndexBuffer(new Uint8Array(4 * triangles.length), triangles.length, 4, indexBytes);
+  });
+}
+
+export async function decodeTimes({ ply, mesh, folder }) {
+  const stream = path.join(folder, 'timed.relief'), drc = path.join(folder, 'timed.drc');
+  run(RELIEF, 'encode', ply, stream, '--error', 1e-4, '--quiet');
+  run('draco_encoder', '-i', ply, '-o', drc, '-cl', 10, '-qp', 12);
+  const nativeTimes = native(stream, drc, folder);
+
+  const streamBytes = new Uint8Array(fs.readFileSync(stream)), dracoBytes = new Uint8Array(fs.readFileSync(drc));
+  const reliefDecoder = await createReliefDecoder();
+  const dracoModule = await draco3d.createDecoderModule({});
+  const wasmTimes = inTurns({
+    'Draco, WebAssembly': () => timed(() => dracoDecode(dracoModule, dracoBytes)),
+    'Relief, WebAssembly': () => timed(() => reliefDecoder.decode(streamBytes, { normals: false })),
+    'Relief with normals, WebAssembly': () => timed(() => reliefDecoder.decode(streamBytes)),
+    'meshopt, WebAssembly': await meshoptContestant(mesh),
+  }, ROUNDS);
+  const { vertexCount, triangleCount } = reliefDecoder.inspect(streamBytes);
+  return { times: { ...nativeTimes, ...wasmTimes }, reliefBytes: streamBytes.length, dracoBytes: dracoBytes.length, vertexCount, triangleCount };
+}
