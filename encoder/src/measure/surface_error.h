@@ -6,16 +6,17 @@
 
 namespace relief {
 
-struct SurfaceError {  // distances in the units of the meshes; a is the original
+struct SurfaceError {             // distances in the units of the meshes; a is the original
   double rms_ab = 0, rms_ba = 0;  // one-sided: samples of a to b, samples of b to a
   double max_ab = 0, max_ba = 0;
-  double rms = 0, max = 0;                        // the larger of both
-  double diagonal = 0;                            // of a's bounding box, over all of its positions
-  double psnr = 0;                                // 20 log10(diagonal / rms), dB
-  double normal_mean = 0, normal_p99 = 0;         // degrees between face normals at a sample and its closest point
+  double rms = 0, max = 0;                 // the larger of both
+  double diagonal = 0;                     // of a's bounding box, over all of its positions
+  double psnr = 0;                         // 20 log10(diagonal / rms), dB
+  double normal_mean = 0, normal_p99 = 0;  // degrees between face normals at a sample and its closest point
 };
 
-// A mesh prepared to be measured against many others: keeps the search structure and the samples of the original.
+// A mesh prepared to be measured against many others: keeps the search structure and the samples of the
+// original.
 class ErrorMeter {
  public:
   // samples: area-weighted, stratified sample points on each side.

@@ -1,0 +1,124 @@
+#include "measure/topology.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numeric>
+
+#include "surface/half_edges.h"
+#include "surface/weld.h"
+
+namespace relief {
+namespace {
+
+// Union-find with path halving.
+class Sets {
+ public:
+  explicit Sets(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  uint32_t find(uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(uint32_t a, uint32_t b) { parent_[std::max(find(a), find(b))] = std::min(find(a), find(b)); }
+  uint64_t count() {
+    uint64_t roots = 0;
+    for (uint32_t i = 0; i < parent_.size(); i++) roots += parent_[i] == i;
+    return roots;
+  }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+Triangles proper_triangles(const TriangleMesh& mesh, bool by_position) {
+  Triangles triangles;
+  triangles.reserve(mesh.triangles.size());
+  std::vector<uint32_t> merged;
+  if (by_position) merged = weld_positions(mesh.positions);
+  for (std::array<uint32_t, 3> t : mesh.triangles) {
+    if (by_position)
+      for (uint32_t& v : t) v = merged[v];
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+  }
+  return triangles;
+}
+
+Eigen::Vector3d unit_normal(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
+  auto at = [&](int k) {
+    const auto& p = mesh.positions[t[size_t(k)]];
+    return Eigen::Vector3d(p[0], p[1], p[2]);
+  };
+  Eigen::Vector3d n = (at(1) - at(0)).cross(at(2) - at(0));
+  double length = n.norm();
+  return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
+// Pairs half-edges that run opposite ways along an edge of two triangles, and counts the edges of every kind.
+std::vector<uint32_t> match_and_count(const TriangleMesh& mesh, const Triangles& triangles, Topology& result,
+                                      std::vector<char>& open) {
+  const double kFlippedCosine = std::cos(150 * 3.14159265358979323846 / 180);
+  std::vector<uint32_t> opposite(triangles.size() * 3, kNoHalfEdge);
+  Sets components(triangles.size());
+  uint64_t edges = 0;
+  for_each_edge(triangles, mesh.positions.size(), [&](std::span<const uint32_t> edge) {
+    edges++;
+    for (uint32_t h : edge) components.join(edge[0] / 3, h / 3);
+    if (edge.size() == 1) {
+      result.open_edges++;
+      open[edge[0]] = 1;
+    } else if (edge.size() == 2 && from_vertex(triangles, edge[0]) != from_vertex(triangles, edge[1])) {
+      opposite[edge[0]] = edge[1], opposite[edge[1]] = edge[0];
+      Eigen::Vector3d m = unit_normal(mesh, triangles[edge[0] / 3]),
+                      n = unit_normal(mesh, triangles[edge[1] / 3]);
+      result.flipped += m.dot(n) < kFlippedCosine;
+    } else {
+      result.nonmanifold_edges++;
+    }
+  });
+  result.components = components.count();
+  result.euler = int64_t(result.vertices) - int64_t(edges) + int64_t(triangles.size());
+  return opposite;
+}
+
+// Walks along the edges without an opposite: from the end of one, around the fan to the next. Counts closed
+// walks that hold an open edge (others run along non-manifold edges only).
+uint64_t count_loops(const std::vector<uint32_t>& opposite, const std::vector<char>& open) {
+  std::vector<char> seen(opposite.size(), 0);
+  uint64_t loops = 0;
+  for (uint32_t start = 0; start < opposite.size(); start++) {
+    if (!open[start] || seen[start]) continue;
+    loops++;
+    for (uint32_t h = start; !seen[h];) {
+      seen[h] = 1;
+      for (h = next_half_edge(h); opposite[h] != kNoHalfEdge;) h = next_half_edge(opposite[h]);
+    }
+  }
+  return loops;
+}
+
+}  // namespace
+
+Topology topology(const TriangleMesh& mesh, bool by_position) {
+  Topology result;
+  Triangles triangles = proper_triangles(mesh, by_position);
+  result.triangles = triangles.size();
+  std::vector<char> used(mesh.positions.size(), 0), open(triangles.size() * 3, 0);
+  for (const auto& t : triangles)
+    for (uint32_t v : t) used[v] = 1;
+  result.vertices = uint64_t(std::count(used.begin(), used.end(), 1));
+
+  std::vector<uint32_t> opposite = match_and_count(mesh, triangles, result, open);
+  std::vector<char> fans(mesh.positions.size(), 0);  // of a vertex: 0, 1 or more
+  label_fans(opposite, [&](uint32_t corner) {
+    char& n = fans[from_vertex(triangles, corner)];
+    n = char(std::min(n + 1, 2));
+  });
+  result.nonmanifold_vertices = uint64_t(std::count(fans.begin(), fans.end(), 2));
+  result.boundary_loops = count_loops(opposite, open);
+  bool manifold = result.nonmanifold_edges == 0 && result.nonmanifold_vertices == 0;
+  result.genus =
+      manifold ? (2 * int64_t(result.components) - result.euler - int64_t(result.boundary_loops)) / 2 : -1;
+  return result;
+}
+
+}  // namespace relief
