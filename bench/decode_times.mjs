@@ -5,7 +5,7 @@ import draco3d from 'draco3d';
 import { MeshoptDecoder, MeshoptEncoder } from 'meshoptimizer';
 
 import { root } from './meshes.mjs';
-import { RELIEF, run } from './peers.mjs';
+import { encode, run } from './peers.mjs';
 import { createReliefDecoder } from '../web/dist/relief.mjs';
 
 const ROUNDS = 11, WARM_UP = 2;
@@ -79,7 +79,7 @@ async function meshoptContestant({ positions, indices }) {
 
 export async function decodeTimes({ ply, mesh, folder }) {
   const stream = path.join(folder, 'timed.relief'), drc = path.join(folder, 'timed.drc');
-  run(RELIEF, 'encode', ply, stream, '--error', 1e-4, '--quiet');
+  encode(ply, stream, 1e-4);
   run('draco_encoder', '-i', ply, '-o', drc, '-cl', 10, '-qp', 12);
   const nativeTimes = native(stream, drc, folder);
 
