@@ -51,14 +51,21 @@ class BucketQueue {
   int cursor_ = 0;
 };
 
+// What flooding reads and writes of a cell, side by side in memory.
+struct Node {
+  Eigen::Vector3f normal;
+  int label;
+  int best;   // the lowest bucket in which the cell waits
+  int first;  // neighbour
+};
+
 class Lloyd {
  public:
-  explicit Lloyd(const NormalCone& c)
-      : cone(c),
-        cells(c.cells),
-        label(cells.area.size(), -1),
-        best_(cells.area.size(), 0),
-        mark_(cells.area.size(), -1) {}
+  explicit Lloyd(const NormalCone& c) : cone(c), cells(c.cells), label(cells.area.size(), -1) {
+    mark_ = label;
+    for (size_t i = 0; i < label.size(); ++i) nodes_.push_back({cells.smooth[i], -1, 0, cells.first[i]});
+    nodes_.push_back({Eigen::Vector3f::Zero(), -1, 0, cells.first.back()});
+  }
 
   void add_patch(int seed_cell, const Vec3& plane_normal);
   void run(int iterations, const std::function<void(double)>& progress);
@@ -76,7 +83,8 @@ class Lloyd {
   bool grow(std::vector<int>& active);
   std::vector<int> with_neighbours(const std::vector<int>& patches);
 
-  std::vector<int> best_;               // of each cell: the lowest bucket in which it waits
+  std::vector<int> best_;  // of each cell: the lowest bucket in which it waits
+  std::vector<Node> nodes_;
   std::vector<int> mark_, patch_mark_;  // of cells and patches: the stamp of the last visit
   int stamp_ = 0;
   std::vector<FoldedRegion> folded_;  // of each patch: its largest folded region
@@ -96,32 +104,36 @@ void Lloyd::flood(const std::vector<int>& active) {
   queue_.clear();
   for (int p : active) {
     for (int c : members[p]) {
-      label[c] = -1;
-      best_[c] = BucketQueue::kBuckets;
+      nodes_[c].label = -1;
+      nodes_[c].best = BucketQueue::kBuckets;
     }
     members[p].clear();
   }
   std::vector<Eigen::Vector3f> plane(normal.size());
   for (int p : active) {
     plane[p] = normal[p].cast<float>();
-    best_[seed[p]] = 0;
+    nodes_[seed[p]].best = 0;
     queue_.push(0, seed[p], p);
   }
   BucketQueue::Entry e;
   while (queue_.pop(e)) {
-    if (label[e.cell] >= 0) continue;
-    label[e.cell] = e.patch;
+    Node& node = nodes_[e.cell];
+    if (node.label >= 0) continue;
+    node.label = e.patch;
     members[e.patch].push_back(e.cell);
-    for (int j = cells.first[e.cell]; j < cells.first[e.cell + 1]; ++j) {
+    for (int j = node.first; j < nodes_[e.cell + 1].first; ++j) {
       const int c = cells.neighbour[j];
-      if (label[c] >= 0) continue;
-      const float cost = (cells.smooth[c] - plane[e.patch]).squaredNorm();
+      Node& other = nodes_[c];
+      if (other.label >= 0) continue;
+      const float cost = (other.normal - plane[e.patch]).squaredNorm();
       const int bucket = std::min(static_cast<int>(cost * 1024), BucketQueue::kBuckets - 1);
-      if (bucket >= best_[c]) continue;  // another entry comes out first
-      best_[c] = bucket;
+      if (bucket >= other.best) continue;  // another entry comes out first
+      other.best = bucket;
       queue_.push(bucket, c, e.patch);
     }
   }
+  for (int p : active)
+    for (int c : members[p]) label[c] = p;
 }
 
 // Centroid fitting: the average normal, and the cell closest to it as the next seed.

@@ -32,34 +32,64 @@ struct Mixture {
   }
 };
 
-// The faces less than `rings` rings away from a boundary, ascending; `slot` is set to their places, -1
-// elsewhere.
-std::vector<int> band_around_boundaries(const Surface& surface, const std::vector<int>& label, int rings,
-                                        std::vector<int>& slot) {
+// A face near a boundary.
+struct BandFace {
+  int face;
+  int beside[3];   // neighbours: their place in the band; or, outside of it, -1 - their label
+  float share[4];  // of the areas of the face itself and its neighbours in their sum; 0 where there is no
+                   // neighbour
+};
+
+// The faces less than `rings` rings away from a boundary, ring by ring. Ring r ends at ring_end[r].
+std::vector<BandFace> band_around_boundaries(const Surface& surface, const std::vector<int>& label, int rings,
+                                             std::vector<int>& slot, std::vector<size_t>& ring_end) {
   slot.assign(label.size(), -1);
-  std::vector<int> front, band;
+  std::vector<BandFace> band;
+  const auto append = [&](int f) {
+    if (slot[f] >= 0) return;
+    slot[f] = static_cast<int>(band.size());
+    band.push_back({f, {}, {}});
+  };
   for (size_t f = 0; f < label.size(); ++f)
     for (int g : surface.adjacent[f])
-      if (g >= 0 && label[g] != label[f]) {
-        slot[f] = 0;
-        front.push_back(static_cast<int>(f));
-        break;
-      }
-  for (int ring = 0; ring < rings; ++ring) {
-    band.insert(band.end(), front.begin(), front.end());
-    std::vector<int> next;
-    for (int f : front)
-      for (int g : surface.adjacent[f])
-        if (g >= 0 && slot[g] < 0) {
-          slot[g] = 0;
-          next.push_back(g);
-        }
-    front.swap(next);
+      if (g >= 0 && label[g] != label[f]) append(static_cast<int>(f));
+  ring_end.assign(1, band.size());
+  for (int ring = 1; ring < rings; ++ring) {
+    for (size_t i = ring < 2 ? 0 : ring_end[ring - 2]; i < ring_end[ring - 1]; ++i)
+      for (int g : surface.adjacent[band[i].face])
+        if (g >= 0) append(g);
+    ring_end.push_back(band.size());
   }
-  for (int f : front) slot[f] = -1;
-  std::sort(band.begin(), band.end());
-  for (size_t i = 0; i < band.size(); ++i) slot[band[i]] = static_cast<int>(i);
+  tbb::parallel_for(size_t{0}, band.size(), [&](size_t i) {
+    BandFace& b = band[i];
+    const auto& adjacent = surface.adjacent[b.face];
+    double total = surface.areas[b.face];
+    for (int g : adjacent)
+      if (g >= 0) total += surface.areas[g];
+    b.share[3] = total > 0 ? static_cast<float>(surface.areas[b.face] / total) : 1;
+    for (int k = 0; k < 3; ++k) {
+      const int g = adjacent[k];
+      if (g < 0) continue;
+      b.beside[k] = slot[g] >= 0 ? slot[g] : -1 - label[g];
+      b.share[k] = total > 0 ? static_cast<float>(surface.areas[g] / total) : 0;
+    }
+  });
   return band;
+}
+
+Mixture diffused(const BandFace& b, const Mixture& own, const std::vector<Mixture>& now) {
+  Mixture sum;
+  for (int j = 0; j < own.count; ++j) sum.add(own.label[j], own.weight[j] * b.share[3]);
+  for (int k = 0; k < 3; ++k) {
+    if (!(b.share[k] > 0)) continue;
+    if (b.beside[k] < 0) {
+      sum.add(-1 - b.beside[k], b.share[k]);
+      continue;
+    }
+    const Mixture& m = now[b.beside[k]];
+    for (int j = 0; j < m.count; ++j) sum.add(m.label[j], m.weight[j] * b.share[k]);
+  }
+  return sum;
 }
 
 }  // namespace
@@ -68,33 +98,20 @@ void diffuse_labels(const NormalCone& cone, const Surface& surface, Patches& pat
                     int rounds, int steps) {
   std::vector<int>& label = patches.label;
   std::vector<int> slot;
+  std::vector<size_t> ring_end;
   for (int round = 0; round < rounds; ++round) {
-    const std::vector<int> band = band_around_boundaries(surface, label, steps + 1, slot);
-    std::vector<Mixture> now(band.size()), next(band.size());
-    tbb::parallel_for(size_t{0}, band.size(), [&](size_t i) { now[i].add(label[band[i]], 1); });
+    const std::vector<BandFace> band = band_around_boundaries(surface, label, steps + 1, slot, ring_end);
+    std::vector<Mixture> now(band.size()), next;
+    for (size_t i = 0; i < band.size(); ++i) now[i].add(label[band[i].face], 1);
+    next = now;
     for (int step = 0; step < steps; ++step) {
-      tbb::parallel_for(size_t{0}, band.size(), [&](size_t i) {
-        Mixture sum;
-        const auto gather = [&](int f, float area) {
-          if (slot[f] < 0) return sum.add(label[f], area);
-          const Mixture& m = now[slot[f]];
-          for (int j = 0; j < m.count; ++j) sum.add(m.label[j], m.weight[j] * area);
-        };
-        double total = surface.areas[band[i]];
-        gather(band[i], static_cast<float>(total));
-        for (int g : surface.adjacent[band[i]])
-          if (g >= 0) {
-            gather(g, static_cast<float>(surface.areas[g]));
-            total += surface.areas[g];
-          }
-        if (!(total > 0)) return void(next[i] = now[i]);
-        for (int j = 0; j < sum.count; ++j) sum.weight[j] = static_cast<float>(sum.weight[j] / total);
-        next[i] = sum;
-      });
+      // Farther than this the labels are still pure.
+      tbb::parallel_for(size_t{0}, ring_end[step + 1],
+                        [&](size_t i) { next[i] = diffused(band[i], now[i], now); });
       now.swap(next);
     }
     tbb::parallel_for(size_t{0}, band.size(), [&](size_t i) {
-      const int f = band[i];
+      const int f = band[i].face;
       float best = -1;
       int to = label[f];
       for (int j = 0; j < now[i].count; ++j) {

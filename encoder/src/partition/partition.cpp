@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kBoundarySlack = 4;    // degrees; how far beyond the aperture a smoother boundary may reach
 constexpr double kWidestAperture = 88;  // degrees; with the slack
-constexpr int kDiffusionRounds = 10, kDiffusionSteps = 12;
+constexpr int kDiffusionRounds = 3, kDiffusionSteps = 24;
 constexpr int kOverlapRounds = 4;
 
 }  // namespace
