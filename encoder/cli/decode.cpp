@@ -1,0 +1,95 @@
+#include <chrono>
+#include <memory>
+
+#include "common.h"
+#include "gltf/gltf.h"
+#include "surface/import.h"
+
+namespace relief::cli {
+
+namespace {
+
+struct Arguments {
+  Common common;
+  std::string in, out;
+};
+
+struct Decoded {
+  size_t primitives = 0;  // that were compressed
+  uint64_t vertices = 0, triangles = 0;
+};
+
+void count(Decoded& decoded, const std::vector<Bytes>& streams) {
+  for (const Bytes& stream : streams) {
+    TriangleMesh mesh = decode(stream.data(), stream.size());
+    decoded.vertices += mesh.positions.size();
+    decoded.triangles += mesh.triangles.size();
+  }
+}
+
+Decoded decode_file(const Arguments& arguments) {
+  Decoded decoded;
+  if (is_gltf(arguments.in) && is_gltf(arguments.out)) {
+    decoded.primitives = decompress_gltf(arguments.in, arguments.out);
+    count(decoded, read_streams(arguments.in));
+    return decoded;
+  }
+  TriangleMesh mesh = load_mesh(arguments.in);
+  decoded.primitives = is_gltf(arguments.in) ? read_streams(arguments.in).size() : 1;
+  decoded.vertices = mesh.positions.size();
+  decoded.triangles = mesh.triangles.size();
+  about(arguments.out, [&] {
+    if (is_gltf(arguments.out))
+      write_mesh_gltf(arguments.out, mesh);
+    else
+      write_mesh(arguments.out, mesh);
+  });
+  return decoded;
+}
+
+int run_decode(const Arguments& arguments) {
+  check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj"});
+  if (!is_gltf(arguments.in) && lower_extension(arguments.in) != ".relief")
+    throw FileError(arguments.in, "is not a .glb, .gltf or .relief file");
+  auto start = std::chrono::steady_clock::now();
+  Decoded decoded = about(arguments.in, [&] { return decode_file(arguments); });
+  double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (decoded.primitives == 0)
+    note(arguments.common, arguments.in, "holds nothing that is compressed; passed through");
+  if (arguments.common.json) {
+    Json json = {{"input", arguments.in},
+                 {"output", arguments.out},
+                 {"input_bytes", file_bytes(arguments.in)},
+                 {"output_bytes", file_bytes(arguments.out)},
+                 {"primitives", decoded.primitives},
+                 {"vertices", decoded.vertices},
+                 {"triangles", decoded.triangles},
+                 {"seconds", seconds}};
+    std::printf("%s\n", json.dump(2).c_str());
+  } else if (!arguments.common.quiet) {
+    std::printf("%s: %s vertices, %s triangles, %s bytes, in %.2f s\n", arguments.out.c_str(),
+                with_commas(decoded.vertices).c_str(), with_commas(decoded.triangles).c_str(),
+                with_commas(file_bytes(arguments.out)).c_str(), seconds);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_decode(CLI::App& app, Run& run) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("decode",
+                         "Turn compressed surfaces back into triangles\n"
+                         "\n"
+                         "  relief decode scan.glb scan.ply       all triangles of the scene\n"
+                         "  relief decode scene.glb plain.glb     the scene, without compression\n"
+                         "  relief decode scan.relief scan.obj    a bare stream");
+  command->add_option("IN", a->in, ".glb .gltf .relief")->required();
+  command->add_option("OUT", a->out, ".glb .gltf .ply .obj")->required();
+  add_common(*command, a->common);
+  command->callback(
+      [a, &run] { run = [a] { return with_threads(a->common, [a] { return run_decode(*a); }); }; });
+}
+
+}  // namespace relief::cli

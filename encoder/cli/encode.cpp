@@ -1,0 +1,206 @@
+#include <chrono>
+#include <memory>
+
+#include "common.h"
+#include "gltf/gltf.h"
+#include "patch_colors.h"
+#include "surface/import.h"
+
+namespace relief::cli {
+
+namespace {
+
+struct Arguments {
+  Common common;
+  std::string in, out, patches;
+  EncodeOptions options;
+  bool no_fit = false;
+};
+
+// One primitive of a scene, or the whole of a mesh file.
+struct Encoded {
+  std::vector<PrimitiveReport> primitives;
+  double seconds = 0;
+};
+
+EncodeOptions options_for(const Arguments& arguments, double share) {
+  EncodeOptions options = arguments.options;
+  options.fit = !arguments.no_fit;
+  if (options.bytes > 0) options.bytes = std::max<uint64_t>(1, uint64_t(double(options.bytes) * share));
+  return options;
+}
+
+std::vector<PrimitiveReport> encode_scene(const Arguments& arguments, ProgressBar& bar) {
+  double done = 0;
+  return compress_gltf(arguments.in, arguments.out, [&](const TriangleMesh& mesh, double share) {
+    EncodeOptions options = options_for(arguments, share);
+    options.progress = [&](const char* stage, double part) { bar.show(stage, done + share * part); };
+    EncodeResult result = encode(mesh, options);
+    done += share;
+    return result;
+  });
+}
+
+std::vector<PrimitiveReport> encode_mesh(const Arguments& arguments, ProgressBar& bar) {
+  TriangleMesh mesh = load_mesh(arguments.in);
+  EncodeOptions options = options_for(arguments, 1);
+  options.progress = [&](const char* stage, double done) { bar.show(stage, done); };
+  PrimitiveReport report;
+  report.name = "mesh";
+  report.vertices = mesh.positions.size();
+  report.triangles = mesh.triangles.size();
+  report.result = encode(mesh, options);
+  report.compressed = true;
+  report.bytes_before = file_bytes(arguments.in);
+  report.bytes_after = report.result.stream.size();
+  if (is_gltf(arguments.out))
+    write_stream_gltf(arguments.out, report.result.stream);
+  else
+    write_file(arguments.out, report.result.stream);
+  if (!arguments.patches.empty()) write_patch_colors(arguments.patches, mesh, report.result.labels);
+  std::vector<PrimitiveReport> reports;
+  reports.push_back(std::move(report));
+  return reports;
+}
+
+double bits_per_vertex(const PrimitiveReport& p) {
+  return p.vertices ? 8.0 * double(p.bytes_after) / double(p.vertices) : 0;
+}
+
+Json json_of(const PrimitiveReport& p) {
+  Json json = {{"name", p.name},
+               {"compressed", p.compressed},
+               {"reason", p.reason},
+               {"vertices", p.vertices},
+               {"triangles", p.triangles},
+               {"bytes_before", p.bytes_before},
+               {"bytes_after", p.bytes_after}};
+  if (!p.compressed) return json;
+  json["bits_per_vertex"] = bits_per_vertex(p);
+  json["e_rms"] = p.result.error * 1e4;
+  json["target_met"] = p.result.target_met;
+  json["patches"] = p.result.patches;
+  json["warnings"] = p.result.warnings;
+  json["seconds"] = Json::object();
+  for (const auto& [stage, seconds] : p.result.seconds) json["seconds"][stage] = seconds;
+  return json;
+}
+
+void print_json(const Arguments& arguments, const Encoded& encoded, bool target_met) {
+  Json json = {{"input", arguments.in},
+               {"output", arguments.out},
+               {"input_bytes", file_bytes(arguments.in)},
+               {"output_bytes", file_bytes(arguments.out)},
+               {"seconds", encoded.seconds},
+               {"target_met", target_met},
+               {"primitives", Json::array()}};
+  for (const PrimitiveReport& p : encoded.primitives) json["primitives"].push_back(json_of(p));
+  std::printf("%s\n", json.dump(2).c_str());
+}
+
+void print_text(const Arguments& arguments, const Encoded& encoded) {
+  for (const PrimitiveReport& p : encoded.primitives) {
+    if (!p.compressed) continue;
+    std::printf("%s: %s vertices, %s triangles -> %s bytes (%.3f bits a vertex), E_rms %.3f, %u patches\n",
+                p.name.c_str(), with_commas(p.vertices).c_str(), with_commas(p.triangles).c_str(),
+                with_commas(p.bytes_after).c_str(), bits_per_vertex(p), p.result.error * 1e4,
+                p.result.patches);
+  }
+  uint64_t before = file_bytes(arguments.in), after = file_bytes(arguments.out);
+  std::printf("%s: %s bytes, 1/%.1f of %s, in %.1f s (E_rms: 1e-4 of the diagonal)\n", arguments.out.c_str(),
+              with_commas(after).c_str(), after ? double(before) / double(after) : 0, arguments.in.c_str(),
+              encoded.seconds);
+}
+
+// Lines on stderr about what was left out or repaired; returns whether all targets were met.
+bool report_shortfalls(const Arguments& arguments, const std::vector<PrimitiveReport>& primitives) {
+  bool target_met = true;
+  for (const PrimitiveReport& p : primitives) {
+    for (const std::string& warning : p.result.warnings)
+      note(arguments.common, arguments.in, p.name + ": warning: " + warning);
+    if (!p.compressed) note(arguments.common, arguments.in, p.name + ": passed through: " + p.reason);
+    if (!p.compressed || p.result.target_met) continue;
+    target_met = false;
+    note(arguments.common, arguments.out,
+         format("%s: the target could not be met; written: %s bytes with E_rms %.3f", p.name.c_str(),
+                with_commas(p.bytes_after).c_str(), p.result.error * 1e4));
+  }
+  return target_met;
+}
+
+int run_encode(const Arguments& arguments) {
+  check_output(arguments.out, {".glb", ".gltf", ".relief"});
+  bool scene = is_gltf(arguments.in) && is_gltf(arguments.out);
+  if (!arguments.patches.empty()) {
+    check_output(arguments.patches, {".glb", ".gltf"});
+    if (scene) throw UsageError("--patches needs a mesh file as input");
+  }
+  auto start = std::chrono::steady_clock::now();
+  Encoded encoded;
+  {
+    ProgressBar bar(!arguments.common.quiet);
+    encoded.primitives = about(
+        arguments.in, [&] { return scene ? encode_scene(arguments, bar) : encode_mesh(arguments, bar); });
+  }
+  encoded.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  bool target_met = report_shortfalls(arguments, encoded.primitives);
+  if (arguments.common.json)
+    print_json(arguments, encoded, target_met);
+  else if (!arguments.common.quiet)
+    print_text(arguments, encoded);
+  return target_met ? kDone : kTargetMissed;
+}
+
+}  // namespace
+
+void add_encode(CLI::App& app, Run& run) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "encode",
+      "Compress a mesh, or every primitive of a scene that can be coded\n"
+      "\n"
+      "  relief encode scan.ply scan.glb                    rms error of 1e-4 of the diagonal\n"
+      "  relief encode scan.ply scan.glb --error 5e-5       half of that\n"
+      "  relief encode scene.glb small.glb --bytes 100000   as good as 100,000 bytes allow\n"
+      "\n"
+      "Primitives of a scene that carry what is not coded yet (texture coordinates, colours, joints, morph\n"
+      "targets) and those that touch another one of their mesh pass through unchanged, and a line says so.");
+  command->add_option("IN", a->in, ".ply .obj .off .stl .glb .gltf .relief")->required();
+  command->add_option("OUT", a->out, ".glb .gltf .relief")->required();
+  CLI::Option* error =
+      command
+          ->add_option(
+              "--error", a->options.error,
+              "Target: symmetric rms error, as a fraction of the bounding box diagonal (default 1e-4)")
+          ->type_name("E")
+          ->check(CLI::Range(1e-9, 1.0));
+  CLI::Option* bytes = command
+                           ->add_option("--bytes", a->options.bytes,
+                                        "Target: bytes of the stream; of several, shared by vertex count")
+                           ->type_name("N")
+                           ->check(CLI::Range(uint64_t(1), uint64_t(1) << 40));
+  CLI::Option* bpv =
+      command->add_option("--bpv", a->options.bits_per_vertex, "Target: bits per vertex of the input")
+          ->type_name("R")
+          ->check(CLI::Range(1e-6, 1e3));
+  error->excludes(bytes)->excludes(bpv);
+  bytes->excludes(bpv);
+  command
+      ->add_option("--aperture", a->options.aperture,
+                   "Largest angle between a patch's normals and its plane's (default 80)")
+      ->type_name("DEG")
+      ->check(CLI::Range(1.0, 89.0));
+  command
+      ->add_option("--density", a->options.density,
+                   "Grid spacing over the mean vertex spacing (default: chosen patch by patch)")
+      ->type_name("MU")
+      ->check(CLI::Range(0.05, 100.0));
+  command->add_flag("--no-fit", a->no_fit, "Sample elevations instead of fitting them by least squares");
+  command->add_option("--patches", a->patches, "Also write the input, coloured by patch (.glb)")
+      ->type_name("FILE");
+  add_common(*command, a->common);
+  command->callback(
+      [a, &run] { run = [a] { return with_threads(a->common, [a] { return run_encode(*a); }); }; });
+}
+
+}  // namespace relief::cli

@@ -1,0 +1,23 @@
+// Where the bytes of a stream go.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace relief {
+
+struct Ledger {
+  uint64_t header = 0, side = 0, masks = 0, coefficients = 0;  // bytes; they add up to the stream
+  std::vector<uint64_t> by_level;  // bytes of the coefficients by wavelet level, the coarsest (with LL) first
+  struct P {
+    uint32_t width = 0, height = 0, pixels = 0;  // of the rectangle; pixels inside the mask
+    double spacing = 0;                          // of the grid, in the units of the model
+    std::array<double, 3> normal{};              // of the plane
+  };
+  std::vector<P> patches;
+};
+
+// Throws InputError with the status' text if the stream is not whole or not valid.
+Ledger read_ledger(const std::vector<uint8_t>& stream);
+
+}  // namespace relief
