@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "diagonal.h"
+
 namespace relief {
 namespace {
 
@@ -26,18 +28,12 @@ struct Patch {
   bool covered(int x, int y) const { return x >= 0 && y >= 0 && x + 1 < w && y + 1 < h && count(x, y) >= 3; }
 };
 
-// The diagonal of a full cell is predicted: the one whose middle is closer to a cubic through the neighbours along both
-// diagonals. Heights are integers, scaled by 32 here. True: from (x, y) to (x+1, y+1).
-bool diagonal(const Patch& p, int x, int y) {
+// From (x, y) to (x+1, y+1), where the neighbours that could tell are missing.
+bool main_diagonal(const Patch& p, int x, int y) {
   if (x < 1 || y < 1 || x + 2 >= p.w || y + 2 >= p.h) return true;
   const uint8_t* m = p.at(x, y);
   if (!(m[-p.stride - 1] & m[-p.stride + 2] & m[2 * p.stride - 1] & m[2 * p.stride + 2])) return true;
-  const int32_t* z = p.s.height + p.pixel(x, y);
-  const int w = p.w;
-  const int32_t ad = z[0] + z[w + 1], bc = z[1] + z[w];
-  const int32_t e = 9 * (ad + bc) - z[-w - 1] - z[2 * w + 2] - z[-w + 2] - z[2 * w - 1];
-  const int32_t da = 16 * ad - e, db = 16 * bc - e;
-  return (da < 0 ? -da : da) <= (db < 0 ? -db : db);
+  return predict_main_diagonal(p.s.height + p.pixel(x, y), p.w);
 }
 
 relief_status add_vertices(const Patch& p, float spacing, const float* z) {
@@ -94,7 +90,7 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
       const uint32_t *v = p.s.vertex + i, a = v[0], b = v[1], c = v[w], d = v[w + 1];
       uint32_t* out = mesh.indices + 3 * size_t(mesh.triangle_count);
       if (n == 4) {
-        if (diagonal(p, x, y)) out[0] = a, out[1] = b, out[2] = d, out[3] = a, out[4] = d, out[5] = c;
+        if (main_diagonal(p, x, y)) out[0] = a, out[1] = b, out[2] = d, out[3] = a, out[4] = d, out[5] = c;
         else out[0] = a, out[1] = b, out[2] = c, out[3] = b, out[4] = d, out[5] = c;
         mesh.triangle_count += 2;
       } else {

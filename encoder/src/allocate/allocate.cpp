@@ -1,0 +1,190 @@
+#include "allocate/allocate.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "code/quantise.h"
+#include "code/range_encoder.h"
+#include "fit/least_squares.h"
+
+namespace relief {
+namespace {
+
+// Error between patches over error inside, per area: closing gaps costs accuracy (ledger of the design).
+constexpr double kGapFactor = 5;
+constexpr double kMaskBitsPerNode = 2.6, kTableBits = 64;
+constexpr int kFirstResolution = 14;  // a little coarser than the input's spacing, which is index 16
+constexpr int kFinest = 40, kStride = 2;
+constexpr size_t kFewPixels = 6;
+
+// Cuts the rectangle down to the mask.
+ElevationMap crop(const ElevationMap& map) {
+  uint32_t x0 = map.width, x1 = 0, y0 = map.height, y1 = 0;
+  for (uint32_t y = 0; y < map.height; y++)
+    for (uint32_t x = 0; x < map.width; x++)
+      if (map.mask[size_t(y) * map.width + x]) {
+        x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+      }
+  ElevationMap out;
+  out.spacing = map.spacing;
+  out.x0 = map.x0 + int32_t(x0), out.y0 = map.y0 + int32_t(y0), out.z0 = map.z0;
+  out.pixels = map.pixels;
+  out.width = x1 - x0 + 1, out.height = y1 - y0 + 1;
+  for (uint32_t y = y0; y <= y1; y++) {
+    const size_t i = size_t(y) * map.width;
+    out.mask.insert(out.mask.end(), map.mask.begin() + ptrdiff_t(i + x0), map.mask.begin() + ptrdiff_t(i + x1 + 1));
+    out.z.insert(out.z.end(), map.z.begin() + ptrdiff_t(i + x0), map.z.begin() + ptrdiff_t(i + x1 + 1));
+  }
+  return out;
+}
+
+std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patch, int resolution) {
+  auto c = std::make_unique<Candidate>();
+  const double spacing = in.spacing * quarter_power(-resolution);
+  FineRaster fine;
+  ElevationMap map = sample_patch(in.surface, in.ownership, in.patches, int(patch), spacing, fine);
+  if (map.pixels) clean_mask(map, fine);
+  if (map.pixels) cut_cliffs(map, in.patches[patch].frame, in.distance);
+  if (!map.pixels) return c;
+  if (in.fit) fit_elevations(map, fine);
+  c->distortion = sampling_distortion(map, fine);
+  c->map = crop(map);
+  c->boundary_nodes = count_boundary_nodes(c->map.mask.data(), c->map.width, c->map.height);
+  c->image = forward_wavelet(c->map.width, c->map.height, c->map.mask.data(), c->map.z.data());
+  return c;
+}
+
+// Bits of a patch's coefficients and the squared error of their quantisation.
+double code_image(CountingCoder& coder, CoefficientModels& models, const WaveletImage& image, float step) {
+  std::vector<int32_t> q(image.pyramid.size, 0);
+  quantise_low(image, step, q.data());
+  code_low(coder, models, image.pyramid, q.data(), image.mask.data());
+  double squared = 0;
+  for (int level = kLevels - 1; level >= 0; level--)
+    for (int type = 0; type < 3; type++)
+      squared += quantise_band(coder, models, image, level, type, step, float(kTrade), q.data());
+  return squared;
+}
+
+double step_for(double lambda, double spacing) {
+  return std::sqrt(lambda / (kTrade * kQuantisationShare)) / spacing;
+}
+
+}  // namespace
+
+Allocator::Allocator(const AllocationInput& input)
+    : in_(input), made_(input.patches.size()), start_(input.patches.size(), kFirstResolution) {
+  // a component of which one patch is the whole must not vanish
+  std::vector<size_t> faces(in_.surface.component_area.size(), 0);
+  for (int c : in_.surface.component) faces[size_t(c)]++;
+  for (const PatchFaces& p : in_.patches)
+    must_live_.push_back(!p.own.empty() && p.own.size() == faces[size_t(in_.surface.component[size_t(p.own[0])])]);
+}
+
+const Candidate& Allocator::candidate(size_t patch, int resolution) {
+  auto& made = made_[patch][resolution];
+  if (!made) made = make_candidate(in_, patch, resolution);
+  return *made;
+}
+
+double Allocator::cost(size_t patch, int resolution, double lambda) {
+  const Candidate& c = candidate(patch, resolution);
+  if (c.empty()) return INFINITY;
+  const Distortion& d = c.distortion;
+  CountingCoder coder;
+  CoefficientModels models = *models_;
+  const double spacing = c.map.spacing;
+  const double squared = code_image(coder, models, c.image, float(step_for(lambda, spacing)));
+  const double quantisation = squared * spacing * spacing * d.facing * kQuantisationShare;
+  const double inside = d.squared + quantisation;
+  const double gap = d.area > 0 ? kGapFactor * d.gap_area * inside / d.area : 0;
+  return inside + gap + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
+}
+
+// Contexts as they are after the whole model at the present resolutions.
+void Allocator::train(double lambda) {
+  tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) { candidate(p, start_[p]); });
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  CountingCoder coder;
+  for (size_t p = 0; p < in_.patches.size(); p++) {
+    const Candidate& c = candidate(p, start_[p]);
+    if (!c.empty()) code_image(coder, *models, c.image, float(step_for(lambda, c.map.spacing)));
+  }
+  models_ = std::move(models);
+}
+
+Allocator::Choice Allocator::choose(double lambda) {
+  train(lambda);
+  tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
+    int best = start_[p];
+    double least = cost(p, best, lambda);
+    auto better = [&](int k) {
+      if (k < 0 || k > kFinest) return false;
+      const double c = cost(p, k, lambda);
+      if (!(c < least)) return false;
+      best = k, least = c;
+      return true;
+    };
+    while (std::isinf(least) && best + kStride <= kFinest && must_live_[p]) {
+      best += kStride;
+      least = cost(p, best, lambda);
+    }
+    // the curve has one valley: walk down, then look half a stride aside
+    if (better(best - kStride)) while (better(best - kStride)) {}
+    else while (better(best + kStride)) {}
+    if (!better(best - 1)) better(best + 1);
+    start_[p] = best;
+  });
+  Choice choice;
+  choice.step = step_for(lambda, in_.spacing);
+  for (size_t p = 0; p < in_.patches.size(); p++)
+    choice.resolution.push_back(candidate(p, start_[p]).empty() ? kDropped : start_[p]);
+  return choice;
+}
+
+Allocator::Choice Allocator::fixed(double lambda, double mu) {
+  Choice choice;
+  choice.step = step_for(lambda, in_.spacing);
+  choice.resolution.resize(in_.patches.size());
+  tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
+    // as many pixels as vertices: the patch's area over its plane by its vertices, half as many as its faces
+    const PatchFaces& patch = in_.patches[p];
+    const Vec3 n(patch.frame.n[0], patch.frame.n[1], patch.frame.n[2]);
+    double area = 0;
+    for (int f : patch.own) area += in_.surface.areas[f] * std::max(0.0, in_.surface.normals[f].dot(n));
+    const double spacing = mu * std::sqrt(area / (0.5 * double(patch.own.size())));
+    int k = spacing > 0 ? int(std::lround(4 * std::log2(in_.spacing / spacing))) : kFinest;
+    k = std::clamp(k, 0, kFinest);
+    while (candidate(p, k).map.pixels < kFewPixels && must_live_[p] && k < kFinest) k++;
+    choice.resolution[p] = candidate(p, k).empty() ? kDropped : k;
+  });
+  return choice;
+}
+
+std::vector<CodedPatch> Allocator::coded(const Choice& choice, double& spacing, double& step,
+                                         std::vector<int>& patch_number) {
+  int coarsest = kFinest;
+  for (int k : choice.resolution)
+    if (k != kDropped) coarsest = std::min(coarsest, k);
+  spacing = in_.spacing * quarter_power(-coarsest);
+  step = choice.step * quarter_power(coarsest);
+  std::vector<CodedPatch> coded;
+  patch_number.assign(in_.patches.size(), -1);
+  for (size_t p = 0; p < in_.patches.size(); p++) {
+    if (choice.resolution[p] == kDropped) continue;
+    const Candidate& c = candidate(p, choice.resolution[p]);
+    const int k = choice.resolution[p] - coarsest;
+    patch_number[p] = int(coded.size());
+    // step * spacing is the same everywhere: so is the gain in distortion for a bit
+    coded.push_back({{c.map.width, c.map.height, c.map.x0, c.map.y0, c.map.z0, in_.patches[p].u, in_.patches[p].v, k,
+                      std::min(k, int(kMaxStepIndex))},
+                     c.map.mask.data(),
+                     &c.image});
+  }
+  return coded;
+}
+
+}  // namespace relief

@@ -1,0 +1,74 @@
+#include "code/quantise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "code/range_encoder.h"
+
+namespace relief {
+
+void quantise_low(const WaveletImage& image, float step, int32_t* q) {
+  const Band& b = image.pyramid.low[kLevels];
+  for (uint32_t y = 0; y < b.height; y++)
+    for (uint32_t x = 0; x < b.width; x++) {
+      const size_t i = b.at(x, y);
+      if (!image.mask[i]) continue;
+      // against the reconstruction's bias
+      const float v = image.value[i] / step, sign = v < 0 ? -1.0f : 1.0f;
+      q[i] = int32_t(std::lround(v + (std::fabs(v) > 0.5f ? sign * kReconstructionBias : 0.0f)));
+    }
+}
+
+namespace {
+
+float magnitude_bits(const CoefficientModels& models, const Context& c, int level, int type, int32_t mag) {
+  const uint32_t zero = model_p16(models.zero[c.activity][type][level][c.edge]);
+  if (mag == 0) return bit_cost(0, zero);
+  float bits = bit_cost(1, zero) + 1;  // the sign is about a bit
+  const Model* greater = models.greater[c.activity][type];
+  const int32_t end = std::min(mag, kUnary);
+  for (int32_t k = 1; k < end; k++) bits += bit_cost(1, model_p16(greater[k]));
+  if (mag < kUnary) return bits + bit_cost(0, model_p16(greater[mag]));
+  return bits + 2 * std::log2(float(mag - kUnary + 1)) + 1;
+}
+
+}  // namespace
+
+template <class Coder>
+double quantise_band(Coder& coder, CoefficientModels& models, const WaveletImage& image, int level, int type,
+                     float step, float trade, int32_t* q) {
+  const Band& b = image.pyramid.high[level][type];
+  const float band = step * band_step(level, type), inverse = 1 / band;
+  const float weight = (band / step) * (band / step);  // errors count in units of the patch's step
+  double squared = 0;
+  for (uint32_t y = 0; y < b.height; y++) {
+    const size_t row = b.at(0, y);
+    for (uint32_t x = 0; x < b.width; x++) {
+      const size_t i = row + x;
+      if (!image.mask[i]) continue;
+      const float v = image.value[i] * inverse, a = std::fabs(v);
+      const Context c = context_at(image.pyramid, q, image.mask.data(), level, type, x, y);
+      auto error = [&](int32_t k) {
+        const float d = a - (k ? float(k) - kReconstructionBias : 0.0f);
+        return d * d;
+      };
+      int32_t best = 0;
+      float best_cost = error(0) * weight + trade * magnitude_bits(models, c, level, type, 0);
+      const int32_t nearest = int32_t(a + 0.5f + kReconstructionBias);
+      for (int32_t k = nearest; k > 0 && k >= nearest - 1; k--) {
+        const float cost = error(k) * weight + trade * magnitude_bits(models, c, level, type, k);
+        if (cost < best_cost) best_cost = cost, best = k;
+      }
+      q[i] = v < 0 ? -best : best;
+      squared += double(error(best)) * band * band;
+      code_coefficient(coder, models, c, level, type, q[i]);
+    }
+  }
+  return squared;
+}
+
+template double quantise_band(RangeEncoder&, CoefficientModels&, const WaveletImage&, int, int, float, float, int32_t*);
+template double quantise_band(CountingCoder&, CoefficientModels&, const WaveletImage&, int, int, float, float,
+                              int32_t*);
+
+}  // namespace relief

@@ -1,0 +1,131 @@
+#include "code/stream.h"
+
+#include <cstring>
+#include <memory>
+
+#include "code/quantise.h"
+#include "code/range_encoder.h"
+#include "container.h"
+#include "mask.h"
+#include "patch_table.h"
+
+namespace relief {
+namespace {
+
+void put_varint(std::vector<uint8_t>& out, uint32_t v) {
+  for (; v >= 128; v >>= 7) out.push_back(uint8_t(v | 128));
+  out.push_back(uint8_t(v));
+}
+
+void put_float(std::vector<uint8_t>& out, float f) {
+  uint32_t bits;
+  std::memcpy(&bits, &f, 4);
+  for (int i = 0; i < 4; i++) out.push_back(uint8_t(bits >> (8 * i)));
+}
+
+void code_masks(RangeEncoder& coder, const std::vector<CodedPatch>& patches, StreamParts& parts) {
+  const auto models = std::make_unique<MaskModels>();
+  models->init();
+  std::vector<uint8_t> buffer;
+  for (const CodedPatch& p : patches) {
+    const uint32_t w = p.header.width, h = p.header.height;
+    const size_t stride = mask_stride(w);
+    buffer.assign(mask_buffer(w, h), 0);
+    uint8_t* const rows = buffer.data() + kMaskAbove * stride + kMaskBefore;
+    for (uint32_t y = 0; y < h; y++) {
+      std::memcpy(rows + y * stride, p.mask + size_t(y) * w, w);
+      for (uint32_t x = 0; x < w; x++) parts.mask_pixels += p.mask[size_t(y) * w + x];
+    }
+    code_mask(coder, *models, rows, w, h, stride);
+    parts.boundary_nodes += count_boundary_nodes(p.mask, w, h);
+  }
+}
+
+std::vector<uint8_t> code_coefficients(const std::vector<CodedPatch>& patches, const StreamPlacement& placement) {
+  RangeEncoder coder;
+  const auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  std::vector<std::vector<int32_t>> q(patches.size());
+  std::vector<float> step(patches.size());
+  for (size_t i = 0; i < patches.size(); i++) {
+    q[i].assign(patches[i].image->pyramid.size, 0);
+    step[i] = float(double(placement.step) * quarter_power(patches[i].header.step_index));
+    quantise_low(*patches[i].image, step[i], q[i].data());
+    code_low(coder, *models, patches[i].image->pyramid, q[i].data(), patches[i].image->mask.data());
+  }
+  for (int level = kLevels - 1; level >= 0; level--)
+    for (size_t i = 0; i < patches.size(); i++)
+      for (int type = 0; type < 3; type++)
+        quantise_band(coder, *models, *patches[i].image, level, type, step[i], placement.trade, q[i].data());
+  return coder.finish();
+}
+
+}  // namespace
+
+uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t height) {
+  const int w = int(width), h = int(height);
+  auto covered = [&](int x, int y) {
+    if (x < 0 || y < 0 || x + 1 >= w || y + 1 >= h) return false;
+    const uint8_t* m = mask + size_t(y) * width + size_t(x);
+    return m[0] + m[1] + m[w] + m[w + 1] >= 3;
+  };
+  auto full = [&](int x, int y) {
+    if (!covered(x, y)) return false;
+    const uint8_t* m = mask + size_t(y) * width + size_t(x);
+    return m[0] + m[1] + m[w] + m[w + 1] == 4;
+  };
+  uint32_t n = 0;
+  for (int y = 0; y < h; y++)
+    for (int x = 0; x < w; x++) {
+      if (!mask[size_t(y) * width + size_t(x)]) continue;
+      // inner: the four cells around close a fan; a cell of three whose missing pixel is the opposite one closes it
+      // too, since its triangle has both sides at this pixel
+      auto closes = [&](int cx, int cy, int mx, int my) {
+        return full(cx, cy) || (covered(cx, cy) && !mask[size_t(my) * width + size_t(mx)]);
+      };
+      const bool inner = closes(x, y, x + 1, y + 1) && closes(x - 1, y, x - 1, y + 1) &&
+                         closes(x - 1, y - 1, x - 1, y - 1) && closes(x, y - 1, x + 1, y - 1);
+      n += !inner;
+    }
+  return n;
+}
+
+StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement) {
+  StreamParts parts;
+  parts.placement = placement;
+  parts.patches = uint32_t(patches.size());
+  RangeEncoder coder;
+  PatchTableModels table;
+  for (const CodedPatch& p : patches) {
+    PatchHeader header = p.header;
+    code_patch(coder, table, header);
+  }
+  parts.table_bits = 8.0 * double(coder.size());
+  code_masks(coder, patches, parts);
+  parts.table = coder.finish();
+  parts.coefficients = code_coefficients(patches, placement);
+  return parts;
+}
+
+std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts,
+                              const std::vector<uint32_t>& holes) {
+  const StreamPlacement& s = parts.placement;
+  std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION, uint8_t(s.closed ? kFlagClosed : 0)};
+  for (float o : s.origin) put_float(out, o);
+  put_float(out, s.scale);
+  put_float(out, s.spacing);
+  put_float(out, s.step);
+  for (uint32_t c : {parts.patches, parts.mask_pixels, counts.boundary_nodes, counts.vertices, counts.triangles,
+                     uint32_t(parts.table.size()), uint32_t(parts.coefficients.size())})
+    put_varint(out, c);
+  out.insert(out.end(), parts.table.begin(), parts.table.end());
+  out.insert(out.end(), parts.coefficients.begin(), parts.coefficients.end());
+  if (!s.closed) {
+    uint32_t last = 0;
+    for (uint32_t h : holes) put_varint(out, h + 1 - last), last = h + 1;
+    put_varint(out, 0);
+  }
+  return out;
+}
+
+}  // namespace relief

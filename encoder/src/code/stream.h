@@ -1,0 +1,47 @@
+// Writing a stream.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "code/forward_wavelet.h"
+#include "format.h"
+
+namespace relief {
+
+// A patch that is ready to be coded.
+struct CodedPatch {
+  PatchHeader header;
+  const uint8_t* mask;        // width * height
+  const WaveletImage* image;  // of the elevations, without z0
+};
+
+struct StreamPlacement {
+  float origin[3];
+  float scale;
+  float spacing, step;  // of index 0, lattice units
+  float trade;          // of RDOQ: squared steps a bit
+  bool closed;          // the surface has no border
+};
+
+// Counts that only the decoder's result can tell; see StreamHeader.
+struct StreamCounts {
+  uint32_t boundary_nodes, vertices, triangles;
+};
+
+// A stream in parts, so that it can be decoded once before its counts and holes are known.
+struct StreamParts {
+  StreamPlacement placement;
+  uint32_t patches = 0, mask_pixels = 0, boundary_nodes = 0;
+  std::vector<uint8_t> table, coefficients;
+  double table_bits = 0;  // of `table`, those before the masks
+};
+
+StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement);
+
+// holes: the numbers of the faces between patches that stay open, ascending.
+std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const std::vector<uint32_t>& holes);
+
+// Border vertices of a clean mask, as the decoder counts them: pixels with an uncovered cell beside them.
+uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t height);
+
+}  // namespace relief

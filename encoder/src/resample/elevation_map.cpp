@@ -1,0 +1,273 @@
+#include "resample/elevation_map.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+namespace {
+
+Vec3 vec(const double v[3]) { return {v[0], v[1], v[2]}; }
+
+// The nearest normal that the stream can hold.
+void quantise_normal(const Vec3& n, int32_t& u, int32_t& v) {
+  constexpr double kScale = (1 << (kNormalBits - 1)) - 1;
+  const double s = std::abs(n.x()) + std::abs(n.y()) + std::abs(n.z());
+  double x = n.x() / s, y = n.y() / s;
+  if (n.z() < 0) {
+    const double ox = x;
+    x = (1 - std::abs(y)) * (ox < 0 ? -1 : 1);
+    y = (1 - std::abs(ox)) * (y < 0 ? -1 : 1);
+  }
+  u = int32_t(std::lround(x * kScale));
+  v = int32_t(std::lround(y * kScale));
+}
+
+// Faces of other labels within `reach` of the patch that face its plane.
+std::vector<int> ring_of(const Surface& s, const Partition& p, const PatchFaces& patch, int label, double reach,
+                         std::vector<int>& stamp, int mark) {
+  std::vector<int> ring;
+  std::vector<Vec3> from;
+  const Vec3 n = vec(patch.frame.n);
+  auto visit = [&](int g, const Vec3& start) {
+    if (g < 0 || p.label[g] == label || stamp[g] == mark || s.normals[g].dot(n) <= 0.1) return;
+    if ((s.vertices[s.faces[g][0]] - start).norm() >= reach) return;
+    stamp[g] = mark;
+    ring.push_back(g);
+    from.push_back(start);
+  };
+  for (int f : patch.own)
+    for (int g : s.adjacent[f])
+      if (g >= 0) visit(g, s.vertices[s.faces[g][0]]);
+  for (size_t i = 0; i < ring.size(); i++) {
+    const Vec3 start = from[i];
+    for (int g : s.adjacent[ring[i]]) visit(g, start);
+  }
+  return ring;
+}
+
+struct Projected {
+  double x[3], y[3], z[3];
+};
+
+// Rasterises the faces of a patch and around it onto the fine grid (3.4) and tells for each point who owns it.
+class Rasteriser {
+ public:
+  Rasteriser(const Surface& s, const Ownership& o, const std::vector<PatchFaces>& patches, int index,
+             const ElevationMap& map, FineRaster& fine)
+      : s_(s), o_(o), patches_(patches), index_(index), fine_(fine) {
+    const Frame& f = patches[size_t(index)].frame;
+    e1_ = vec(f.e1), e2_ = vec(f.e2), n_ = vec(f.n);
+    scale_ = kOversampling / map.spacing;
+    ox_ = double(map.x0) * kOversampling, oy_ = double(map.y0) * kOversampling;
+    oz_ = map.z0 * map.spacing;
+  }
+
+  void face(int f, bool own) {
+    const auto& v = s_.faces[f];
+    const int only = o_.only_label(v);
+    const uint8_t owner = only >= 0 ? (only == index_ ? 1 : 2) : (own ? 1 : 2);
+    Projected t;
+    for (int k = 0; k < 3; k++) {
+      const Vec3& p = s_.vertices[v[k]];
+      t.x[k] = p.dot(e1_) * scale_ - ox_;
+      t.y[k] = p.dot(e2_) * scale_ - oy_;
+      t.z[k] = p.dot(n_) - oz_;
+    }
+    const double area = (t.x[1] - t.x[0]) * (t.y[2] - t.y[0]) - (t.x[2] - t.x[0]) * (t.y[1] - t.y[0]);
+    if (area <= 1e-12) return;  // turned away from the plane
+    fill(f, t, area, owner, only < 0);
+  }
+
+ private:
+  void fill(int f, const Projected& t, double area, uint8_t owner, bool mixed) {
+    auto range = [](const double* v, uint32_t size, int& lo, int& hi) {
+      lo = std::max(0, int(std::ceil(std::min({v[0], v[1], v[2]}) - 1e-6)));
+      hi = std::min(int(size) - 1, int(std::floor(std::max({v[0], v[1], v[2]}) + 1e-6)));
+    };
+    int x0, x1, y0, y1;
+    range(t.x, fine_.width, x0, x1);
+    range(t.y, fine_.height, y0, y1);
+    for (int y = y0; y <= y1; y++)
+      for (int x = x0; x <= x1; x++) {
+        const double a = ((t.x[1] - x) * (t.y[2] - y) - (t.x[2] - x) * (t.y[1] - y)) / area;
+        const double b = ((t.x[2] - x) * (t.y[0] - y) - (t.x[0] - x) * (t.y[2] - y)) / area;
+        const double c = 1 - a - b;
+        if (a < -1e-7 || b < -1e-7 || c < -1e-7) continue;
+        const size_t i = size_t(y) * fine_.width + size_t(x);
+        if (fine_.owner[i]) continue;
+        fine_.owner[i] = mixed ? owner_at(f, a, b, c) : owner;
+        fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2]);
+      }
+  }
+
+  // The label with the largest interpolated weight times how well its plane faces the surface there.
+  uint8_t owner_at(int f, double a, double b, double c) {
+    const double share[3] = {a, b, c};
+    weights_.clear();
+    for (int k = 0; k < 3; k++)
+      for (auto& [label, w] : o_.vertex[size_t(s_.faces[f][k])]) {
+        auto it = std::find_if(weights_.begin(), weights_.end(), [&](auto& e) { return e.first == label; });
+        if (it == weights_.end()) weights_.push_back({label, w * share[k]});
+        else it->second += w * share[k];
+      }
+    int best = -1;
+    double most = -1;
+    for (auto& [label, w] : weights_) {
+      const double facing = s_.normals[f].dot(vec(patches_[size_t(label)].frame.n));
+      const double v = w * std::max(0.02, facing);
+      if (v > most || (v == most && label < best)) most = v, best = label;
+    }
+    return best == index_ ? 1 : 2;
+  }
+
+  const Surface& s_;
+  const Ownership& o_;
+  const std::vector<PatchFaces>& patches_;
+  int index_;
+  FineRaster& fine_;
+  Vec3 e1_, e2_, n_;
+  double scale_, ox_, oy_, oz_;
+  std::vector<std::pair<int, double>> weights_;
+};
+
+// The rectangle of the grid that holds the patch, with room for pixels that its diffused border gains.
+void place_grid(const Surface& s, const PatchFaces& patch, ElevationMap& map) {
+  const Vec3 e1 = vec(patch.frame.e1), e2 = vec(patch.frame.e2), n = vec(patch.frame.n);
+  double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300}, area = 0, height = 0;
+  for (int f : patch.own) {
+    for (int v : s.faces[f]) {
+      const double c[2] = {s.vertices[v].dot(e1) / map.spacing, s.vertices[v].dot(e2) / map.spacing};
+      for (int k = 0; k < 2; k++) lo[k] = std::min(lo[k], c[k]), hi[k] = std::max(hi[k], c[k]);
+    }
+    area += s.areas[f];
+    height += s.areas[f] * s.vertices[s.faces[f][0]].dot(n);
+  }
+  map.x0 = int32_t(std::floor(lo[0])) - 2;
+  map.y0 = int32_t(std::floor(lo[1])) - 2;
+  map.z0 = int32_t(std::lround(area > 0 ? height / area / map.spacing : 0));
+  map.width = uint32_t(int32_t(std::ceil(hi[0])) + 3 - map.x0);
+  map.height = uint32_t(int32_t(std::ceil(hi[1])) + 3 - map.y0);
+}
+
+size_t mask_size(const ElevationMap& map) {
+  return size_t(std::count(map.mask.begin(), map.mask.end(), uint8_t(1)));
+}
+
+// Connected areas of equal mask value (4-neighbours); visit(value, touches the rim, pixels).
+template <class Visit>
+void each_area(const ElevationMap& map, Visit visit) {
+  const int w = int(map.width), h = int(map.height);
+  std::vector<char> seen(map.mask.size(), 0);
+  std::vector<int> area;
+  for (size_t start = 0; start < map.mask.size(); start++) {
+    if (seen[start]) continue;
+    const uint8_t value = map.mask[start];
+    area.assign(1, int(start));
+    seen[start] = 1;
+    bool rim = false;
+    for (size_t i = 0; i < area.size(); i++) {
+      const int x = area[i] % w, y = area[i] / w;
+      rim = rim || x == 0 || y == 0 || x == w - 1 || y == h - 1;
+      const int next[4] = {x > 0 ? area[i] - 1 : -1, x + 1 < w ? area[i] + 1 : -1, y > 0 ? area[i] - w : -1,
+                           y + 1 < h ? area[i] + w : -1};
+      for (int j : next)
+        if (j >= 0 && !seen[j] && map.mask[j] == value) seen[j] = 1, area.push_back(j);
+    }
+    visit(value, rim, area);
+  }
+}
+
+}  // namespace
+
+std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& partition, double reach) {
+  std::vector<PatchFaces> patches(partition.normal.size());
+  for (size_t f = 0; f < surface.faces.size(); f++)
+    if (partition.label[f] >= 0) patches[size_t(partition.label[f])].own.push_back(int(f));
+  struct Stamps {
+    std::vector<int> stamp;
+  };
+  tbb::enumerable_thread_specific<Stamps> local;
+  tbb::parallel_for(size_t(0), patches.size(), [&](size_t k) {
+    PatchFaces& p = patches[k];
+    quantise_normal(partition.normal[k], p.u, p.v);
+    p.frame = frame_of(p.u, p.v);
+    std::vector<int>& stamp = local.local().stamp;
+    stamp.resize(surface.faces.size(), -1);
+    p.ring = ring_of(surface, partition, p, int(k), reach, stamp, int(k));
+  });
+  return patches;
+}
+
+ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
+                          const std::vector<PatchFaces>& patches, int index, double spacing, FineRaster& fine) {
+  const PatchFaces& patch = patches[size_t(index)];
+  ElevationMap map;
+  map.spacing = spacing;
+  place_grid(surface, patch, map);
+  fine.width = (map.width - 1) * kOversampling + 1;
+  fine.height = (map.height - 1) * kOversampling + 1;
+  fine.z.assign(size_t(fine.width) * fine.height, NAN);
+  fine.owner.assign(fine.z.size(), 0);
+  Rasteriser rasteriser(surface, ownership, patches, index, map, fine);
+  for (int f : patch.own) rasteriser.face(f, true);
+  for (int f : patch.ring) rasteriser.face(f, false);
+  map.mask.assign(size_t(map.width) * map.height, 0);
+  map.z.assign(map.mask.size(), 0);
+  for (uint32_t y = 0; y < map.height; y++)
+    for (uint32_t x = 0; x < map.width; x++) {
+      const size_t i = size_t(y) * map.width + x, j = (size_t(y) * fine.width + x) * kOversampling;
+      map.mask[i] = fine.owner[j] == 1;
+      if (fine.owner[j]) map.z[i] = fine.z[j];
+    }
+  map.pixels = mask_size(map);
+  return map;
+}
+
+void drop_unmeshable(ElevationMap& map) {
+  const int w = int(map.width), h = int(map.height);
+  auto& m = map.mask;
+  auto in = [&](int x, int y) { return x >= 0 && y >= 0 && x < w && y < h && m[size_t(y) * size_t(w) + size_t(x)]; };
+  auto covered = [&](int x, int y) { return in(x, y) + in(x + 1, y) + in(x, y + 1) + in(x + 1, y + 1) >= 3; };
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (int y = 0; y < h; y++)
+      for (int x = 0; x < w; x++) {
+        if (!in(x, y)) continue;
+        // the cells around, counter-clockwise, and the pixels on the sides between them
+        const bool cell[4] = {covered(x, y), covered(x - 1, y), covered(x - 1, y - 1), covered(x, y - 1)};
+        const bool side[4] = {in(x, y + 1), in(x - 1, y), in(x, y - 1), in(x + 1, y)};
+        int fans = 0, cells = 0;
+        for (int q = 0; q < 4; q++) {
+          cells += cell[q];
+          fans += cell[q] && !(cell[(q + 1) & 3] && side[q]);
+        }
+        // four covered cells in a ring are one fan that is closed, or open at one missing side pixel
+        if (cells == 0 || fans > 1) {
+          m[size_t(y) * size_t(w) + size_t(x)] = 0;
+          changed = true;
+        }
+      }
+  }
+  map.pixels = mask_size(map);
+}
+
+void clean_mask(ElevationMap& map, const FineRaster& fine) {
+  each_area(map, [&](uint8_t value, bool rim, const std::vector<int>& area) {
+    if (value && area.size() < 4) {
+      for (int i : area) map.mask[size_t(i)] = 0;
+      return;
+    }
+    if (value || rim || area.size() > 12) return;
+    for (int i : area) {  // only where there is a surface
+      const size_t x = size_t(i) % map.width, y = size_t(i) / map.width;
+      if (!fine.owner[(y * fine.width + x) * kOversampling]) return;
+    }
+    for (int i : area) map.mask[size_t(i)] = 1;
+  });
+  drop_unmeshable(map);
+}
+
+}  // namespace relief

@@ -1,0 +1,104 @@
+#include "resample/ownership.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace relief {
+namespace {
+
+constexpr float kNegligible = 1e-4f;
+
+void add(LabelWeights& w, int label, float x) {
+  for (auto& [l, v] : w)
+    if (l == label) {
+      v += x;
+      return;
+    }
+  w.push_back({label, x});
+}
+
+// Vertices of every vertex, as compressed rows.
+struct Neighbours {
+  std::vector<int> begin, vertex;
+};
+
+Neighbours neighbours_of(const Surface& s) {
+  Neighbours n;
+  n.begin.assign(s.vertices.size() + 1, 0);
+  for (const auto& f : s.faces)
+    for (int k = 0; k < 3; k++) n.begin[size_t(f[k]) + 1] += 2;
+  for (size_t v = 0; v < s.vertices.size(); v++) n.begin[v + 1] += n.begin[v];
+  n.vertex.resize(size_t(n.begin.back()));
+  std::vector<int> next(n.begin.begin(), n.begin.end() - 1);
+  for (const auto& f : s.faces)
+    for (int k = 0; k < 3; k++) {
+      n.vertex[size_t(next[f[k]]++)] = f[(k + 1) % 3];
+      n.vertex[size_t(next[f[k]]++)] = f[(k + 2) % 3];
+    }
+  return n;
+}
+
+// Vertices within `rounds` edges of one where labels meet.
+std::vector<int> band_of(const Ownership& o, const Neighbours& n, int rounds) {
+  std::vector<char> in(o.vertex.size(), 0);
+  std::vector<int> band;
+  for (size_t v = 0; v < o.vertex.size(); v++)
+    if (o.vertex[v].size() > 1) in[v] = 1, band.push_back(int(v));
+  size_t begin = 0;
+  for (int r = 0; r < rounds; r++) {
+    const size_t end = band.size();
+    for (size_t i = begin; i < end; i++)
+      for (int k = n.begin[band[i]]; k < n.begin[band[i] + 1]; k++) {
+        const int u = n.vertex[size_t(k)];
+        if (!in[u]) in[u] = 1, band.push_back(u);
+      }
+    begin = end;
+  }
+  return band;
+}
+
+}  // namespace
+
+int Ownership::only_label(const std::array<int, 3>& face) const {
+  int label = -1;
+  for (int v : face) {
+    const LabelWeights& w = vertex[size_t(v)];
+    if (w.size() != 1 || (label >= 0 && w[0].first != label)) return -1;
+    label = w[0].first;
+  }
+  return label;
+}
+
+Ownership diffuse_labels(const Surface& surface, const Partition& partition, int rounds) {
+  Ownership o;
+  o.vertex.resize(surface.vertices.size());
+  const double tiny = surface.total_area / double(surface.faces.size()) * 1e-6;
+  for (size_t f = 0; f < surface.faces.size(); f++)
+    if (partition.label[f] >= 0)
+      for (int v : surface.faces[f]) add(o.vertex[size_t(v)], partition.label[f], float(surface.areas[f] + tiny));
+  for (LabelWeights& w : o.vertex) {
+    float sum = 0;
+    for (auto& [l, x] : w) sum += x;
+    for (auto& [l, x] : w) x /= sum;
+  }
+  const Neighbours n = neighbours_of(surface);
+  const std::vector<int> band = band_of(o, n, std::max(rounds / 2, 5));
+  std::vector<LabelWeights> next(band.size());
+  for (int r = 0; r < rounds; r++) {
+    tbb::parallel_for(size_t(0), band.size(), [&](size_t i) {
+      const int v = band[i];
+      LabelWeights& w = next[i];
+      w.clear();
+      for (auto& [l, x] : o.vertex[size_t(v)]) w.push_back({l, x * 0.5f});
+      const float share = 0.5f / float(n.begin[v + 1] - n.begin[v]);
+      for (int k = n.begin[v]; k < n.begin[v + 1]; k++)
+        for (auto& [l, x] : o.vertex[size_t(n.vertex[size_t(k)])]) add(w, l, x * share);
+      w.erase(std::remove_if(w.begin(), w.end(), [](auto& e) { return e.second < kNegligible; }), w.end());
+    });
+    for (size_t i = 0; i < band.size(); i++) o.vertex[size_t(band[i])].swap(next[i]);
+  }
+  return o;
+}
+
+}  // namespace relief

@@ -1,0 +1,24 @@
+// Which patch owns a point of the surface: labels of faces, diffused over the vertices, so that the borders of the masks
+// are smooth at a scale below the triangles.
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "partition/partition.h"
+#include "surface/surface.h"
+
+namespace relief {
+
+using LabelWeights = std::vector<std::pair<int, float>>;
+
+struct Ownership {
+  std::vector<LabelWeights> vertex;  // weights of labels at each vertex, sum 1; empty: no face around has a label
+
+  // The only label at the corners of a face, or -1 if there are several.
+  int only_label(const std::array<int, 3>& face) const;
+};
+
+// rounds: steps of diffusion, each half of the way to the mean of the neighbours.
+Ownership diffuse_labels(const Surface& surface, const Partition& partition, int rounds);
+
+}  // namespace relief
