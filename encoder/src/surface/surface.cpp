@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
-#include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -191,29 +190,61 @@ std::vector<uint32_t> split_fans(Triangles& triangles, const std::vector<uint32_
   return vertices;
 }
 
-// Puts the triangles into OpenMesh's half-edge structure and reads who is across each edge. Split vertices
-// have one fan of agreeing triangles each, which OpenMesh always accepts; where both ends of a cut edge still
-// belong to one fan it closes the cut again, as it should.
-std::vector<std::array<int, 3>> half_edge_neighbours(Triangles& triangles, std::vector<uint32_t>& vertices) {
-  OpenMesh::TriConnectivity mesh;
-  mesh.reserve(vertices.size(), triangles.size() + vertices.size(), triangles.size());
-  for (size_t i = 0; i < vertices.size(); i++) mesh.add_vertex();
-  omerr().disable();
-  for (auto& t : triangles) {
-    auto corner = [&](int k) { return OpenMesh::VertexHandle(int(t[size_t(k)])); };
-    if (mesh.add_face(corner(0), corner(1), corner(2)).is_valid()) continue;
-    for (uint32_t& v : t) {  // nothing may be lost: a triangle that fits nowhere stands alone
-      vertices.push_back(vertices[v]);
-      v = uint32_t(mesh.add_vertex().idx());
-    }
-    mesh.add_face(corner(0), corner(1), corner(2));
+// Where both ends of a cut edge still belong to one fan each, the two sides meet again. A fan has at most one
+// border half-edge that leaves its vertex, so there is no choice to make.
+void rejoin_cuts(const Triangles& triangles, size_t vertex_count, std::vector<uint32_t>& opposite) {
+  std::vector<uint32_t> leaves(vertex_count, kNoHalfEdge);
+  for (uint32_t h = 0; h < opposite.size(); h++)
+    if (opposite[h] == kNoHalfEdge) leaves[from_vertex(triangles, h)] = h;
+  for (uint32_t h = 0; h < opposite.size(); h++) {
+    uint32_t o = leaves[to_vertex(triangles, h)];
+    if (opposite[h] == kNoHalfEdge && o != kNoHalfEdge &&
+        to_vertex(triangles, o) == from_vertex(triangles, h))
+      opposite[h] = o, opposite[o] = h;
   }
-  omerr().enable();
+}
 
-  std::vector<std::array<int, 3>> adjacent(triangles.size());
-  for (size_t f = 0; f < triangles.size(); f++) {
+using HalfEdgeMesh = OpenMesh::TriConnectivity;
+
+// OpenMesh's half-edge structure of triangles whose edges are matched and whose vertices have one fan each.
+// Linked by hand: add_face looks for its edges around the vertices, which takes quadratic time at one with
+// very many.
+HalfEdgeMesh build_half_edges(const Triangles& triangles, size_t vertex_count,
+                              const std::vector<uint32_t>& opposite) {
+  HalfEdgeMesh mesh;
+  mesh.reserve(vertex_count, opposite.size() / 2 + vertex_count / 2, triangles.size());
+  for (size_t v = 0; v < vertex_count; v++) mesh.add_vertex();
+  std::vector<OpenMesh::HalfedgeHandle> handle(opposite.size());
+  auto vertex = [&](uint32_t h) { return OpenMesh::VertexHandle(int(from_vertex(triangles, h))); };
+  for (uint32_t h = 0; h < opposite.size(); h++) {
+    bool has_edge = opposite[h] < h;
+    handle[h] = has_edge ? mesh.opposite_halfedge_handle(handle[opposite[h]])
+                         : mesh.new_edge(vertex(h), vertex(next_half_edge(h)));
+    mesh.set_halfedge_handle(vertex(h), handle[h]);
+  }
+  for (uint32_t f = 0; f < triangles.size(); f++) {
+    OpenMesh::FaceHandle face = mesh.new_face();
+    mesh.set_halfedge_handle(face, handle[3 * f]);
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+      mesh.set_face_handle(handle[h], face);
+      mesh.set_next_halfedge_handle(handle[h], handle[next_half_edge(h)]);
+    }
+  }
+  for (uint32_t h = 0; h < opposite.size(); h++) {  // the border runs on behind the last edge of the fan
+    if (opposite[h] != kNoHalfEdge) continue;
+    uint32_t last = previous_half_edge(h);
+    while (opposite[last] != kNoHalfEdge) last = previous_half_edge(opposite[last]);
+    OpenMesh::HalfedgeHandle leaving = mesh.opposite_halfedge_handle(handle[last]);
+    mesh.set_next_halfedge_handle(mesh.opposite_halfedge_handle(handle[h]), leaving);
+    mesh.set_halfedge_handle(vertex(h), leaving);  // OpenMesh wants a border vertex to start at the border
+  }
+  return mesh;
+}
+
+std::vector<std::array<int, 3>> read_neighbours(const HalfEdgeMesh& mesh) {
+  std::vector<std::array<int, 3>> adjacent(mesh.n_faces());
+  for (size_t f = 0; f < adjacent.size(); f++) {
     OpenMesh::HalfedgeHandle h = mesh.halfedge_handle(OpenMesh::FaceHandle(int(f)));
-    while (mesh.from_vertex_handle(h).idx() != int(triangles[f][0])) h = mesh.next_halfedge_handle(h);
     for (int k = 0; k < 3; k++, h = mesh.next_halfedge_handle(h))
       adjacent[f][size_t(k)] = mesh.opposite_face_handle(h).idx();  // -1 at the border
   }
@@ -280,7 +311,8 @@ Surface build_surface(const TriangleMesh& mesh) {
   orient(mesh, faces, opposite, surface.warnings);
   std::vector<uint32_t> vertices =
       split_fans(faces.triangles, opposite, mesh.positions.size(), surface.warnings);
-  surface.adjacent = half_edge_neighbours(faces.triangles, vertices);
+  rejoin_cuts(faces.triangles, vertices.size(), opposite);
+  surface.adjacent = read_neighbours(build_half_edges(faces.triangles, vertices.size(), opposite));
 
   surface.source = std::move(faces.source);
   surface.faces.reserve(faces.triangles.size());
