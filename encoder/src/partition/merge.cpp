@@ -7,6 +7,10 @@
 namespace relief {
 namespace {
 
+// A patch is looked at once for each neighbour, and again when it has grown. This bounds the work where a
+// large patch has thousands of small neighbours; merging then stops early. Dragon needs 15.
+constexpr size_t kWork = 60;
+
 struct Group {
   std::vector<int> faces;
   Vec3 sum = Vec3::Zero();  // of the normals, weighted by area
@@ -48,23 +52,41 @@ std::vector<Group> groups_of(const Surface& surface, const Patches& patches) {
   return groups;
 }
 
-// One round: every pair is tested as it is at the start; a pair whose patches have changed since is tested
-// again.
-int merge_round(const NormalCone& cone, const Surface& surface, Patches& patches, std::vector<char>& changed,
-                const MayMerge& may_merge) {
-  std::vector<Group> groups = groups_of(surface, patches);
+// Pairs with the longest border first, as many as the budget (of faces to look at) admits.
+std::vector<Border> candidates(const Surface& surface, const Patches& patches,
+                               const std::vector<Group>& groups, const std::vector<char>& changed,
+                               size_t& budget) {
   std::vector<Border> pairs = borders(surface, patches.label);
   std::erase_if(pairs, [&](const Border& e) { return !changed[e.a] && !changed[e.b]; });
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Border& x, const Border& y) { return x.length > y.length; });
+  size_t n = 0;
+  for (const Border& e : pairs) {
+    const size_t work = groups[e.a].faces.size() + groups[e.b].faces.size();
+    if (work > budget) continue;
+    budget -= work;
+    pairs[n++] = e;
+  }
+  pairs.resize(n);
+  return pairs;
+}
+
+void absorb(Group& a, Group& b) {
+  a.faces.insert(a.faces.end(), b.faces.begin(), b.faces.end());
+  a.sum += b.sum;
+  a.area += b.area;
+  b = {};
+}
+
+// One round: every pair is tested as it is at the start; a pair whose patches have changed since is tested
+// again. `changed` tells, in and out, which patches changed in a round.
+int merge_round(const NormalCone& cone, const Surface& surface, Patches& patches, std::vector<char>& changed,
+                size_t& budget, const MayMerge& may_merge) {
+  std::vector<Group> groups = groups_of(surface, patches);
+  const std::vector<Border> pairs = candidates(surface, patches, groups, changed, budget);
   std::vector<char> ok(pairs.size());
   tbb::parallel_for(size_t{0}, pairs.size(),
                     [&](size_t i) { ok[i] = fits(cone, groups[pairs[i].a], groups[pairs[i].b], may_merge); });
-  size_t n = 0;
-  for (size_t i = 0; i < pairs.size(); ++i)
-    if (ok[i]) pairs[n++] = pairs[i];
-  pairs.resize(n);
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const Border& x, const Border& y) { return x.length > y.length; });
-
   std::vector<int> into(groups.size());
   for (size_t p = 0; p < into.size(); ++p) into[p] = static_cast<int>(p);
   const auto root = [&](int p) {
@@ -73,15 +95,18 @@ int merge_round(const NormalCone& cone, const Surface& surface, Patches& patches
   };
   changed.assign(groups.size(), 0);
   int merged = 0;
-  for (const Border& e : pairs) {
-    int a = root(e.a), b = root(e.b);
-    if (a == b || ((changed[a] || changed[b]) && !fits(cone, groups[a], groups[b], may_merge))) continue;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    int a = root(pairs[i].a), b = root(pairs[i].b);
+    if (!ok[i] || a == b) continue;
+    if (changed[a] || changed[b]) {
+      const size_t work = groups[a].faces.size() + groups[b].faces.size();
+      if (work > budget) continue;
+      budget -= work;
+      if (!fits(cone, groups[a], groups[b], may_merge)) continue;
+    }
     if (groups[a].faces.size() < groups[b].faces.size()) std::swap(a, b);
-    groups[a].faces.insert(groups[a].faces.end(), groups[b].faces.begin(), groups[b].faces.end());
-    groups[a].sum += groups[b].sum;
-    groups[a].area += groups[b].area;
     for (int f : groups[b].faces) patches.label[f] = a;
-    groups[b] = {};
+    absorb(groups[a], groups[b]);
     into[b] = a;
     changed[a] = 1;
     ++merged;
@@ -95,7 +120,8 @@ int merge_patches(const NormalCone& cone, const Surface& surface, Patches& patch
                   const MayMerge& may_merge) {
   int all = 0;
   std::vector<char> changed(patches.normal.size(), 1);
-  while (const int merged = merge_round(cone, surface, patches, changed, may_merge)) all += merged;
+  size_t budget = kWork * surface.faces.size();
+  while (const int merged = merge_round(cone, surface, patches, changed, budget, may_merge)) all += merged;
   refit(surface, patches);
   compact(patches);
   return all;

@@ -17,7 +17,19 @@ namespace {
 constexpr double kBoundarySlack = 4;    // degrees; how far beyond the aperture a smoother boundary may reach
 constexpr double kWidestAperture = 88;  // degrees; with the slack
 constexpr int kDiffusionRounds = 3, kDiffusionSteps = 24;
-constexpr int kOverlapRounds = 4;
+constexpr int kMostRounds = 10;
+
+// Splits what covers pixels twice or leaves the cone. Either can undo the other's condition by moving faces
+// and planes: repeats until nothing changes.
+void ensure_height_fields(const NormalCone& cone, const Surface& surface, double spacing, Patches& patches) {
+  for (int round = 0; round < kMostRounds; ++round) {
+    const int splits = split_overlaps(surface, patches, spacing);
+    const int folded = split_folded(cone, surface, patches);
+    const int adrift = connect_patches(cone, surface, patches, cone.cosine);
+    if (splits + folded + adrift == 0) break;
+    if (round == 0) optimize_boundary_shape(cone, surface, patches, cone.cosine);
+  }
+}
 
 }  // namespace
 
@@ -43,14 +55,16 @@ Partition partition_gla(const Surface& surface, const PartitionOptions& options)
   connect_patches(cone, surface, patches, epsilon);
   optimize_boundary_shape(cone, surface, patches, epsilon);
   progress(0.9);
-  // Each of these can undo another's condition, by moving faces or by moving planes: repeat until nothing
-  // changes.
-  for (int round = 0; round < kOverlapRounds; ++round) {
-    const int splits = split_overlaps(surface, patches, spacing);
-    const int folded = split_folded(relaxed, surface, patches);
-    const int adrift = connect_patches(cone, surface, patches, epsilon);
-    if (splits + folded + adrift == 0) break;
-    if (round == 0) optimize_boundary_shape(cone, surface, patches, epsilon);
+  ensure_height_fields(relaxed, surface, spacing, patches);
+  // What the smoother boundaries and the new planes allow now.
+  const int merged =
+      merge_patches(relaxed, surface, patches, [&](const std::vector<int>& faces, const Vec3& n) {
+        return is_height_field(find_overlap(surface, faces.data(), faces.data() + faces.size(), n, spacing));
+      });
+  progress(0.95);
+  if (merged > 0) {
+    optimize_boundary_shape(cone, surface, patches, epsilon);
+    ensure_height_fields(relaxed, surface, spacing, patches);
   }
   progress(1);
   return {std::move(patches.label), std::move(patches.normal)};
