@@ -120,7 +120,7 @@ class ObjReader {
   void finish() {
     size_t count = mesh_.positions.size();
     if (count >= kUnset) throw InputError("has more than 2^32 - 2 vertices");
-    if (faces_ > 0 && largest_ >= count && !mesh_.positions.empty())
+    if (!mesh_.triangles.empty() && largest_ >= count)
       fail_index(largest_face_, int64_t(largest_) + 1, count);
     if (!keep_normals_ || normal_of_.size() != count) return;
     for (uint32_t n : normal_of_)

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "surface/half_edges.h"
 #include "surface/weld.h"
@@ -13,10 +14,12 @@
 namespace relief {
 namespace {
 
-// The triangles that are left, with the input's triangle that each came from.
+// The surface in the making.
 struct Faces {
   Triangles triangles;
-  std::vector<int> source;
+  std::vector<int> source;                     // the input's triangle of each
+  std::vector<uint32_t> opposite;              // of each half-edge: the other one of its edge, or kNoHalfEdge
+  std::vector<std::vector<uint32_t>> crowded;  // the half-edges of each edge of three or more triangles
 };
 
 void warn(std::vector<std::string>& warnings, const char* verb, size_t count, const char* one,
@@ -88,31 +91,56 @@ Faces merge_and_clean(const TriangleMesh& mesh, std::vector<std::string>& warnin
   return faces;
 }
 
-// Pairs the half-edges of every edge that has exactly two, whichever way they run; edges of more are cut.
-std::vector<uint32_t> match_edges(const Triangles& triangles, size_t vertex_count,
-                                  std::vector<std::string>& warnings) {
-  std::vector<uint32_t> opposite(triangles.size() * 3, kNoHalfEdge);
-  size_t cut = 0;
-  for_each_edge(triangles, vertex_count, [&](std::span<const uint32_t> edge) {
-    if (edge.size() == 2) opposite[edge[0]] = edge[1], opposite[edge[1]] = edge[0];
-    cut += edge.size() > 2;
-  });
-  warn(warnings, "split", cut, "non-manifold edge", "non-manifold edges");
-  return opposite;
+Vec3 position(const TriangleMesh& mesh, uint32_t v) {
+  return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
 }
 
-// Twice the area, in float coordinates of the input.
-double weight(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
-  auto at = [&](int k) {
-    return Vec3(mesh.positions[t[k]][0], mesh.positions[t[k]][1], mesh.positions[t[k]][2]);
-  };
-  return (at(1) - at(0)).cross(at(2) - at(0)).norm();
+// Twice the area times the normal, in the input's coordinates.
+Vec3 area_vector(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
+  Vec3 a = position(mesh, t[0]);
+  return (position(mesh, t[1]) - a).cross(position(mesh, t[2]) - a);
+}
+
+// How far the surface bends across an edge if half-edges g and h, which run opposite ways, were joined: 0
+// flat, pi folded. Of two that bend the same, the convex one comes first: solids that touch stay apart.
+double bend(const TriangleMesh& mesh, const Triangles& triangles, uint32_t g, uint32_t h) {
+  Vec3 m = area_vector(mesh, triangles[g / 3]), n = area_vector(mesh, triangles[h / 3]);
+  Vec3 along = position(mesh, to_vertex(triangles, g)) - position(mesh, from_vertex(triangles, g));
+  bool convex = m.cross(n).dot(along) > 0;
+  return std::atan2(m.cross(n).norm(), m.dot(n)) + (convex ? 0 : 1e-3);
+}
+
+// An edge of three or more triangles: joins the pairs that bend least, cuts what is left.
+void match_crowded_edge(const TriangleMesh& mesh, const std::vector<uint32_t>& edge, Faces& faces) {
+  constexpr size_t kMost = 16;  // beyond that nothing is a surface, and all pairs would be many
+  if (edge.size() > kMost) return;
+  std::vector<std::tuple<double, uint32_t, uint32_t>> pairs;
+  for (uint32_t g : edge)
+    for (uint32_t h : edge)
+      if (g < h && from_vertex(faces.triangles, g) != from_vertex(faces.triangles, h))
+        pairs.emplace_back(bend(mesh, faces.triangles, g, h), g, h);
+  std::sort(pairs.begin(), pairs.end());
+  for (const auto& [cost, g, h] : pairs)
+    if (faces.opposite[g] == kNoHalfEdge && faces.opposite[h] == kNoHalfEdge)
+      faces.opposite[g] = h, faces.opposite[h] = g;
+}
+
+// Pairs the half-edges of every edge of two triangles, whichever way they run, and what can be paired of the
+// others.
+void match_edges(const TriangleMesh& mesh, Faces& faces, std::vector<std::string>& warnings) {
+  faces.opposite.assign(faces.triangles.size() * 3, kNoHalfEdge);
+  for_each_edge(faces.triangles, mesh.positions.size(), [&](std::span<const uint32_t> edge) {
+    if (edge.size() == 2) faces.opposite[edge[0]] = edge[1], faces.opposite[edge[1]] = edge[0];
+    if (edge.size() > 2) faces.crowded.emplace_back(edge.begin(), edge.end());
+  });
+  for (const auto& edge : faces.crowded) match_crowded_edge(mesh, edge, faces);
+  warn(warnings, "split", faces.crowded.size(), "non-manifold edge", "non-manifold edges");
 }
 
 // Floods each component across its matched edges, so that neighbours run their common edge both ways; the
 // larger part of a component by area keeps its side. Returns which triangles must turn around.
-std::vector<char> flood_orientation(const TriangleMesh& mesh, const Triangles& triangles,
-                                    const std::vector<uint32_t>& opposite) {
+std::vector<char> flood_orientation(const TriangleMesh& mesh, const Faces& faces) {
+  const Triangles& triangles = faces.triangles;
   enum : char { kKeep, kTurn, kUnseen };
   std::vector<char> turn(triangles.size(), kUnseen);
   std::vector<uint32_t> component;
@@ -123,9 +151,9 @@ std::vector<char> flood_orientation(const TriangleMesh& mesh, const Triangles& t
     double area[2] = {0, 0};
     for (size_t i = 0; i < component.size(); i++) {
       uint32_t f = component[i];
-      area[int(turn[f])] += weight(mesh, triangles[f]);
+      area[int(turn[f])] += area_vector(mesh, triangles[f]).norm();
       for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-        uint32_t o = opposite[h];
+        uint32_t o = faces.opposite[h];
         if (o == kNoHalfEdge || turn[o / 3] != kUnseen) continue;
         bool agree = from_vertex(triangles, h) == to_vertex(triangles, o);
         turn[o / 3] = agree ? turn[f] : char(1 - turn[f]);
@@ -140,9 +168,9 @@ std::vector<char> flood_orientation(const TriangleMesh& mesh, const Triangles& t
 
 // Turns triangles around and cuts the edges where that does not make neighbours agree (as on a Moebius
 // strip).
-void orient(const TriangleMesh& mesh, Faces& faces, std::vector<uint32_t>& opposite,
-            std::vector<std::string>& warnings) {
-  std::vector<char> turn = flood_orientation(mesh, faces.triangles, opposite);
+void orient(const TriangleMesh& mesh, Faces& faces, std::vector<std::string>& warnings) {
+  std::vector<char> turn = flood_orientation(mesh, faces);
+  std::vector<uint32_t>& opposite = faces.opposite;
   size_t turned = size_t(std::count(turn.begin(), turn.end(), 1)), cut = 0;
   if (turned > 0) {
     // (a, b, c) becomes (a, c, b), so edge k becomes edge 2 - k.
@@ -150,6 +178,8 @@ void orient(const TriangleMesh& mesh, Faces& faces, std::vector<uint32_t>& oppos
     std::vector<uint32_t> old = opposite;
     for (uint32_t h = 0; h < old.size(); h++)
       opposite[renamed(h)] = old[h] == kNoHalfEdge ? kNoHalfEdge : renamed(old[h]);
+    for (auto& edge : faces.crowded)
+      for (uint32_t& h : edge) h = renamed(h);
     for (size_t f = 0; f < turn.size(); f++)
       if (turn[f]) std::swap(faces.triangles[f][1], faces.triangles[f][2]);
   }
@@ -164,13 +194,32 @@ void orient(const TriangleMesh& mesh, Faces& faces, std::vector<uint32_t>& oppos
        "edges where the surface has no orientation");
 }
 
+// Cuts pairs at crowded edges whose ends would be the same two vertices as those of another half-edge of that
+// edge. What is cut here is joined again by rejoin_cuts if it belongs together.
+void cut_repeated_edges(Faces& faces) {
+  if (faces.crowded.empty()) return;
+  std::vector<uint32_t> fan = label_fans(faces.opposite, [](uint32_t) {});
+  auto ends = [&](uint32_t h) { return std::minmax(fan[h], fan[next_half_edge(h)]); };
+  std::vector<std::pair<std::pair<uint32_t, uint32_t>, uint32_t>> sorted;  // ends, half-edge
+  for (const auto& edge : faces.crowded) {
+    sorted.clear();
+    for (uint32_t h : edge) sorted.push_back({ends(h), h});
+    std::sort(sorted.begin(), sorted.end());
+    for (size_t i = 0, j = 0; i < sorted.size(); i = j) {
+      while (j < sorted.size() && sorted[j].first == sorted[i].first) j++;
+      if (j - i <= 2) continue;  // a pair has its two ends for itself
+      for (size_t k = i; k < j; k++) faces.opposite[sorted[k].second] = kNoHalfEdge;
+    }
+  }
+}
+
 // Renumbers the vertices: one for each fan of triangles, unused ones dropped, in the order of the input and
 // with the further fans of a vertex at the end. Returns the input's vertex of each.
-std::vector<uint32_t> split_fans(Triangles& triangles, const std::vector<uint32_t>& opposite,
-                                 size_t vertex_count, std::vector<std::string>& warnings) {
+std::vector<uint32_t> split_fans(Faces& faces, size_t vertex_count, std::vector<std::string>& warnings) {
+  Triangles& triangles = faces.triangles;
   std::vector<uint32_t> fan_vertex;  // of the input
-  std::vector<uint32_t> fan =
-      label_fans(opposite, [&](uint32_t corner) { fan_vertex.push_back(from_vertex(triangles, corner)); });
+  std::vector<uint32_t> fan = label_fans(
+      faces.opposite, [&](uint32_t corner) { fan_vertex.push_back(from_vertex(triangles, corner)); });
   std::vector<uint32_t> first_fan(vertex_count, kNoHalfEdge), rank(fan_vertex.size()), vertices;
   for (uint32_t i = 0; i < fan_vertex.size(); i++)
     if (first_fan[fan_vertex[i]] == kNoHalfEdge) first_fan[fan_vertex[i]] = i;
@@ -192,7 +241,9 @@ std::vector<uint32_t> split_fans(Triangles& triangles, const std::vector<uint32_
 
 // Where both ends of a cut edge still belong to one fan each, the two sides meet again. A fan has at most one
 // border half-edge that leaves its vertex, so there is no choice to make.
-void rejoin_cuts(const Triangles& triangles, size_t vertex_count, std::vector<uint32_t>& opposite) {
+void rejoin_cuts(Faces& faces, size_t vertex_count) {
+  const Triangles& triangles = faces.triangles;
+  std::vector<uint32_t>& opposite = faces.opposite;
   std::vector<uint32_t> leaves(vertex_count, kNoHalfEdge);
   for (uint32_t h = 0; h < opposite.size(); h++)
     if (opposite[h] == kNoHalfEdge) leaves[from_vertex(triangles, h)] = h;
@@ -209,8 +260,9 @@ using HalfEdgeMesh = OpenMesh::TriConnectivity;
 // OpenMesh's half-edge structure of triangles whose edges are matched and whose vertices have one fan each.
 // Linked by hand: add_face looks for its edges around the vertices, which takes quadratic time at one with
 // very many.
-HalfEdgeMesh build_half_edges(const Triangles& triangles, size_t vertex_count,
-                              const std::vector<uint32_t>& opposite) {
+HalfEdgeMesh build_half_edges(const Faces& faces, size_t vertex_count) {
+  const Triangles& triangles = faces.triangles;
+  const std::vector<uint32_t>& opposite = faces.opposite;
   HalfEdgeMesh mesh;
   mesh.reserve(vertex_count, opposite.size() / 2 + vertex_count / 2, triangles.size());
   for (size_t v = 0; v < vertex_count; v++) mesh.add_vertex();
@@ -307,12 +359,12 @@ Surface build_surface(const TriangleMesh& mesh) {
   Surface surface;
   place_lattice(mesh, surface);
   Faces faces = merge_and_clean(mesh, surface.warnings);
-  std::vector<uint32_t> opposite = match_edges(faces.triangles, mesh.positions.size(), surface.warnings);
-  orient(mesh, faces, opposite, surface.warnings);
-  std::vector<uint32_t> vertices =
-      split_fans(faces.triangles, opposite, mesh.positions.size(), surface.warnings);
-  rejoin_cuts(faces.triangles, vertices.size(), opposite);
-  surface.adjacent = read_neighbours(build_half_edges(faces.triangles, vertices.size(), opposite));
+  match_edges(mesh, faces, surface.warnings);
+  orient(mesh, faces, surface.warnings);
+  cut_repeated_edges(faces);
+  std::vector<uint32_t> vertices = split_fans(faces, mesh.positions.size(), surface.warnings);
+  rejoin_cuts(faces, vertices.size());
+  surface.adjacent = read_neighbours(build_half_edges(faces, vertices.size()));
 
   surface.source = std::move(faces.source);
   surface.faces.reserve(faces.triangles.size());
