@@ -174,17 +174,28 @@ bool neighbouring_pixels(const Gaps& g, uint32_t u, uint32_t v) {
   return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
 }
 
-// Whether v and u may face each other over a gap: not near along one border, normals within about 107 degrees, u on
-// v's outer side and v on u's, and not one above the other.
-bool may_face(const Gaps& g, uint32_t v, uint32_t u, int64_t d2) {
-  if (g.loop[v] == g.loop[u] && steps_apart(g, u, v) < 5) return false;
-  if (int64_t(dot(g.n.normal[v], g.n.normal[u])) * 10 < -3 * int64_t(kUnit) * kUnit) return false;
+// Gaps are up to about a pixel of either patch wide, more on slopes: 3.5 of the mean spacing is within reach.
+bool within_reach(const Gaps& g, uint32_t v, uint32_t u, int64_t d2) {
+  const int64_t r = (int64_t(g.n.spacing[v]) + g.n.spacing[u]) * 7;
+  return d2 * 16 <= r * r;
+}
+
+constexpr int64_t kCannotFace = INT64_MAX;
+
+// How far u is from v as its partner over a gap: the squared distance, nine times as much where their normals are more
+// than about 107 degrees apart or one lies above the other (the two sides of a thin sheet). kCannotFace if they are out
+// of reach, near along one border, or one is not on the other's outer side.
+int64_t facing_distance(const Gaps& g, uint32_t v, uint32_t u, int64_t d2) {
+  if (!within_reach(g, v, u, d2)) return kCannotFace;
+  if (g.loop[v] == g.loop[u] && steps_apart(g, u, v) < 5) return kCannotFace;
   int64_t d[3];
   g.difference(v, u, d);
   const int64_t length = root(d2) * kUnit;
-  if (dot(d, g.outward[v]) * 20 < -3 * length || dot(d, g.outward[u]) * 20 > 3 * length) return false;
+  if (dot(d, g.outward[v]) * 20 < -3 * length || dot(d, g.outward[u]) * 20 > 3 * length) return kCannotFace;
   const int64_t hv = absolute(dot(d, g.n.normal[v])), hu = absolute(dot(d, g.n.normal[u]));
-  return !(hv * 10 > 9 * length && hu * 10 > 9 * length);
+  const bool above = hv * 10 > 9 * length && hu * 10 > 9 * length;
+  const bool turned = int64_t(dot(g.n.normal[v], g.n.normal[u])) * 10 < -3 * int64_t(kUnit) * kUnit;
+  return above || turned ? 9 * d2 : d2;
 }
 
 // Calls visit(u) for the nodes in the cells of a ring (Chebyshev distance) around v's cell.
@@ -220,10 +231,11 @@ uint32_t nearest_facing(const Gaps& g, uint32_t v) {
     }
     visit_ring(g, v, ring, [&](uint32_t u) {
       if (u == v || visits++ >= kMaxVisits) return;
-      const int64_t d2 = g.distance2(v, u);
+      int64_t d2 = g.distance2(v, u);
       // of equally near ones the first in number, so that the order of visits does not matter
+      if (d2 > best || (d2 == best && u >= found) || neighbouring_pixels(g, u, v)) return;
+      d2 = facing_distance(g, v, u, d2);
       if (d2 > best || (d2 == best && u >= found)) return;
-      if (neighbouring_pixels(g, u, v) || !may_face(g, v, u, d2)) return;
       best = d2;
       found = u;
     });
@@ -325,7 +337,7 @@ void link_islands(Gaps& g) {
         const int64_t d2 = g.distance2(v, u);
         if (d2 > nearest || (d2 == nearest && u >= g.nearest[v])) return;
         if (g.find(g.n.component[u]) == own) return;
-        if (dot(g.n.normal[u], g.n.normal[v]) < -kUnit * kUnit / 2) return;
+        if (!within_reach(g, v, u, d2 / 4) || dot(g.n.normal[u], g.n.normal[v]) < -kUnit * kUnit / 2) return;
         nearest = d2;
         g.nearest[v] = u;
       });
@@ -725,7 +737,6 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   g.count = nodes.count;
   g.components = components;
   if (g.count == 0) return RELIEF_OK;
-  // gaps are up to about a pixel of either patch wide, more on slopes
   g.reach = int64_t(options.spacing) * 7 / 2;
   if (g.reach < 2) g.reach = 2;
   Arena arena = {static_cast<uint8_t*>(memory)};

@@ -10,6 +10,7 @@ namespace {
 struct Patch {
   const PatchHeader& header;
   uint32_t index;
+  int32_t spacing;
   int w, h;
   const uint8_t* mask;  // pixel (0, 0)
   ptrdiff_t stride;
@@ -155,6 +156,7 @@ uint32_t node_at(const Patch& p, int x, int y, uint32_t run) {
   n.vertex[node] = p.s.vertex[p.pixel(x, y)];
   n.next[node] = n.prev[node] = kNone;
   n.patch[node] = p.index;
+  n.spacing[node] = p.spacing;
   n.component[node] = run;
   n.pixel[node][0] = uint16_t(x);
   n.pixel[node][1] = uint16_t(y);
@@ -208,7 +210,7 @@ relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float s
                          const uint8_t* mask, const float* z, const MeshScratch& scratch, MeshWriter& mesh,
                          Nodes& nodes, uint32_t& components) {
   const Band& b = pyramid.low[0];
-  const Patch p = {patch,   patch_index, int(b.width), int(b.height), mask + b.at(0, 0), ptrdiff_t(b.stride),
+  const Patch p = {patch,   patch_index, int32_t(spacing), int(b.width), int(b.height), mask + b.at(0, 0), ptrdiff_t(b.stride),
                    scratch, mesh,        nodes};
   if (!all_used(p)) return RELIEF_ERROR_CORRUPT;
   relief_status status = add_vertices(p, spacing, z);

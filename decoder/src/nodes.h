@@ -19,6 +19,7 @@ struct Nodes {
   uint32_t *next, *prev;    // along the border, the patch on the left
   uint32_t* patch;
   uint32_t* component;      // connected piece of a patch
+  int32_t* spacing;         // of the patch's grid, lattice units
   uint16_t (*pixel)[2];
 
   void allocate(Arena& a, uint32_t n) {
@@ -30,6 +31,7 @@ struct Nodes {
     prev = a.take<uint32_t>(n);
     patch = a.take<uint32_t>(n);
     component = a.take<uint32_t>(n);
+    spacing = a.take<int32_t>(n);
     pixel = a.take<uint16_t[2]>(n);
   }
 };

@@ -116,13 +116,32 @@ void Allocator::train(double lambda) {
   models_ = std::move(models);
 }
 
+// No patch is more than an octave coarser than the middle of the surface: the gaps along it would be wide, and the
+// decoder's search for partners would look far.
+int Allocator::coarsest_resolution() const {
+  std::vector<std::pair<int, double>> area;
+  double total = 0;
+  for (size_t p = 0; p < in_.patches.size(); p++) {
+    double a = 0;
+    for (int f : in_.patches[p].own) a += in_.surface.areas[f];
+    area.push_back({start_[p], a});
+    total += a;
+  }
+  std::sort(area.begin(), area.end());
+  double sum = 0;
+  for (auto& [k, a] : area)
+    if ((sum += a) >= total / 2) return std::max(0, k - 4 - kStride);
+  return 0;
+}
+
 Allocator::Choice Allocator::choose(double lambda) {
   train(lambda);
+  const int coarsest = coarsest_resolution();
   tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
     int best = start_[p];
     double least = cost(p, best, lambda);
     auto better = [&](int k) {
-      if (k < 0 || k > kFinest) return false;
+      if (k < coarsest || k > kFinest) return false;
       const double c = cost(p, k, lambda);
       if (!(c < least)) return false;
       best = k, least = c;

@@ -54,6 +54,7 @@ class Allocator {
   const Candidate& candidate(size_t patch, int resolution);
   double cost(size_t patch, int resolution, double lambda);
   void train(double lambda);
+  int coarsest_resolution() const;
 
   AllocationInput in_;
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;
