@@ -7,9 +7,9 @@
 namespace relief {
 namespace {
 
-constexpr int kMostRounds = 100;          // of growth; Dragon takes about 25
-constexpr int kCellFaces = 16;            // most faces of a cell on the coarse level
-constexpr int kCoarseIterations = 5;      // floodings a round
+constexpr int kMostRounds = 100;          // of growth; Dragon takes about 30
+constexpr int kCellFaces = 8;             // most faces of a cell on the coarse level
+constexpr int kCoarseIterations = 4;      // floodings a round
 constexpr int kFineIterations = 2;        // likewise, on faces
 constexpr double kLargeComponent = 0.05;  // share of the area from which a component starts with six seeds
 
