@@ -95,10 +95,9 @@ int run_compare(const Arguments& arguments) {
 
 void add_compare(CLI::App& app, Run& run) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "compare",
-      "Measure how far two surfaces are apart, and their topology\n"
-      "\n"
+  CLI::App* command =
+      app.add_subcommand("compare", "Measure how far two surfaces are apart, and their topology");
+  command->footer(
       "  relief compare scan.ply scan.glb                      A is the original, B the copy\n"
       "  relief compare scan.ply scan.glb --heatmap heat.glb   also a picture: blue 0, red 4 E_rms");
   command->add_option("A", a->a, "The original: .ply .obj .off .stl .glb .gltf .relief")->required();

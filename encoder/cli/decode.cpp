@@ -78,13 +78,11 @@ int run_decode(const Arguments& arguments) {
 
 void add_decode(CLI::App& app, Run& run) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("decode",
-                         "Turn compressed surfaces back into triangles\n"
-                         "\n"
-                         "  relief decode scan.glb scan.ply       all triangles of the scene\n"
-                         "  relief decode scene.glb plain.glb     the scene, without compression\n"
-                         "  relief decode scan.relief scan.obj    a bare stream");
+  CLI::App* command = app.add_subcommand("decode", "Turn compressed surfaces back into triangles");
+  command->footer(
+      "  relief decode scan.glb scan.ply       all triangles of the scene\n"
+      "  relief decode scene.glb plain.glb     the scene, without compression\n"
+      "  relief decode scan.relief scan.obj    a bare stream");
   command->add_option("IN", a->in, ".glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .ply .obj")->required();
   add_common(*command, a->common);

@@ -155,10 +155,9 @@ int run_encode(const Arguments& arguments) {
 
 void add_encode(CLI::App& app, Run& run) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "encode",
-      "Compress a mesh, or every primitive of a scene that can be coded\n"
-      "\n"
+  CLI::App* command =
+      app.add_subcommand("encode", "Compress a mesh, or every primitive of a scene that can be coded");
+  command->footer(
       "  relief encode scan.ply scan.glb                    rms error of 1e-4 of the diagonal\n"
       "  relief encode scan.ply scan.glb --error 5e-5       half of that\n"
       "  relief encode scene.glb small.glb --bytes 100000   as good as 100,000 bytes allow\n"

@@ -113,12 +113,10 @@ int run_info(const Arguments& arguments) {
 
 void add_info(CLI::App& app, Run& run) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("info",
-                         "Tell what a compressed file holds and where its bytes go\n"
-                         "\n"
-                         "  relief info scan.glb             bytes by kind and by wavelet level\n"
-                         "  relief info scan.glb --patches   and a line for every patch");
+  CLI::App* command = app.add_subcommand("info", "Tell what a compressed file holds and where its bytes go");
+  command->footer(
+      "  relief info scan.glb             bytes by kind and by wavelet level\n"
+      "  relief info scan.glb --patches   and a line for every patch");
   command->add_option("FILE", a->file, ".glb .gltf .relief")->required();
   command->add_flag("--patches", a->patches, "A line for every patch");
   add_common(*command, a->common);

@@ -16,17 +16,16 @@ static int fail(int code, const std::string& text) {
 }
 
 static int parse_and_run(int argc, char** argv) {
-  CLI::App app{
-      "Relief compresses dense 3D surfaces inside glTF (RELIEF_patch_compression).\n"
-      "\n"
-      "  relief encode scan.ply scan.glb             compress to an rms error of 1e-4 of the diagonal\n"
-      "  relief decode scan.glb scan.ply             get the surface back\n"
-      "  relief compare scan.ply scan.glb            measure the error and the topology\n"
-      "  relief info scan.glb                        see where the bytes went\n"
+  CLI::App app{"Relief compresses dense 3D surfaces inside glTF (RELIEF_patch_compression)."};
+  app.footer(
+      "  relief encode scan.ply scan.glb      compress to an rms error of 1e-4 of the diagonal\n"
+      "  relief decode scan.glb back.ply      get the surface back\n"
+      "  relief compare scan.ply scan.glb     measure the error and the topology\n"
+      "  relief info scan.glb                 see where the bytes went\n"
       "\n"
       "relief COMMAND --help tells more. Exit codes: 0 done, 1 the input is at fault, 2 the command line "
       "is,\n"
-      "3 the target could not be met (the best result is written), 4 a fault of ours."};
+      "3 the target could not be met (the best result is written), 4 a fault of ours.");
   app.name("relief");
   app.set_version_flag("--version", "relief " RELIEF_VERSION);
   Run run;
