@@ -19,9 +19,9 @@ struct Partition {
 };
 
 // Generalised Lloyd's algorithm: flooding and refitting until every patch is a height field within the aperture, then
-// boundary shape optimisation, which may reach 4 degrees beyond the aperture (up to 88). Every face with area belongs to a patch; every patch is edge-connected; no patch covers
-// a pixel of the given spacing twice, folded areas of less than 2e-5 of the surface excepted. Deterministic: the same
-// on any number of threads.
+// boundary shape optimisation, which may reach 4 degrees beyond the aperture (up to 88). Every face with area belongs to
+// a patch; every patch is edge-connected; no patch covers a pixel of the given spacing twice, folded areas of less than
+// 2e-5 of the surface excepted. Deterministic: the same on any number of threads.
 Partition partition_gla(const Surface& surface, const PartitionOptions& options);
 
 }  // namespace relief
