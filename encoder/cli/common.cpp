@@ -72,9 +72,15 @@ std::string with_commas(uint64_t value) {
 }
 
 uint64_t file_bytes(const std::string& path) {
-  std::error_code error;
-  uintmax_t size = std::filesystem::file_size(path, error);
-  return error ? 0 : size;
+  auto size_of = [](const std::filesystem::path& file) -> uint64_t {
+    std::error_code error;
+    uintmax_t size = std::filesystem::file_size(file, error);
+    return error ? 0 : size;
+  };
+  uint64_t size = size_of(path);
+  if (lower_extension(path) == ".gltf")
+    size += size_of(std::filesystem::path(path).replace_extension(".bin"));
+  return size;
 }
 
 ProgressBar::ProgressBar(bool wanted) : shown_(wanted && isatty(STDERR_FILENO)) {}

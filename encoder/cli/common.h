@@ -58,6 +58,7 @@ void note(const Common& common, const std::string& path, const std::string& text
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 std::string with_commas(uint64_t value);
+// Of a .gltf: with the .bin of the same name, if there is one.
 uint64_t file_bytes(const std::string& path);
 
 // A bar on stderr, if that is a terminal.

@@ -149,7 +149,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
   const double direction = bytes > 0 ? -1 : 1;  // excess rises with lambda for errors, falls for bytes
   double guess = m.options.error * kLatticeDiagonal * 4.5 * m.spacing;  // step * spacing for the error
   if (bytes > 0) guess = 1e-4 * kLatticeDiagonal * 4.5 * m.spacing;
-  double x = std::log(kTrade * kQuantisationShare * guess * guess);
+  double x = std::log(kTrade * guess * guess);
   double slope = direction * (bytes > 0 ? 0.5 : 0.3);
   struct Point {
     double x, y;
@@ -161,6 +161,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Trial t = try_lambda(m, std::exp(x), watch);
     const double y = excess(t, m.options, bytes);
+    if (getenv("TRACE")) fprintf(stderr, "trial %d x %.4f bytes %zu E %.4f y %.4f\n", i, x, t.stream.size(), t.error*1e4, y);
     if (y <= 0) {
       if (inside.empty() || y > inside.back().y) inside.push_back({x, y}), best = std::move(t);
       met = true;

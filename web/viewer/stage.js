@@ -21,9 +21,9 @@ export class Stage {
     this.scene.background = new Color(0x17181a);
     const environment = new PMREMGenerator(this.renderer).fromScene(new RoomEnvironment(), 0.04);
     this.scene.environment = environment.texture;
-    this.scene.environmentIntensity = 0.45;
+    this.scene.environmentIntensity = 0.22;
     this.camera = new PerspectiveCamera(32, 1, 0.01, 100);
-    this.light = new DirectionalLight(0xfff4e6, 1.8);
+    this.light = new DirectionalLight(0xfff4e6, 2.4);
     this.camera.add(this.light, this.light.target);
     this.scene.add(this.camera);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -62,7 +62,7 @@ export class Stage {
     this.camera.far = distance * 10;
     this.camera.position.copy(center).addScaledVector(FROM, distance);
     this.camera.updateProjectionMatrix();
-    this.light.position.set(0.6 * distance, 0.7 * distance, 0.3 * distance);
+    this.light.position.set(-0.9 * distance, 0.9 * distance, 0);
     this.light.target.position.set(0, 0, -distance);
     this.controls.target.copy(center);
     this.controls.update();

@@ -69,7 +69,7 @@ double code_image(CountingCoder& coder, CoefficientModels& models, const Wavelet
 }
 
 double step_for(double lambda, double spacing) {
-  return std::sqrt(lambda / (kTrade * kQuantisationShare)) / spacing;
+  return std::sqrt(lambda / kTrade) / spacing;
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ double Allocator::cost(size_t patch, int resolution, double lambda) {
   CoefficientModels models = *models_;
   const double spacing = c.map.spacing;
   const double squared = code_image(coder, models, c.image, float(step_for(lambda, spacing)));
-  const double quantisation = squared * spacing * spacing * d.facing * kQuantisationShare;
+  const double quantisation = squared * spacing * spacing * d.facing;
   const double inside = d.squared + quantisation;
   const double gap = d.area > 0 ? kGapFactor * d.gap_area * inside / d.area : 0;
   return inside + gap + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);

@@ -63,9 +63,7 @@ class Allocator {
   std::unique_ptr<CoefficientModels> models_;  // trained on the first choice
 };
 
-// RDOQ's exchange rate: squared steps a bit. With it, lambda = kTrade * kQuantisationShare * (step * spacing)^2.
+// RDOQ's exchange rate: squared steps a bit. With it, lambda = kTrade * (step * spacing)^2.
 constexpr double kTrade = 0.1;
-// Share of the coefficients' squared error that reaches the surface: triangles average over pixels.
-constexpr double kQuantisationShare = 0.6;
 
 }  // namespace relief

@@ -39,7 +39,6 @@ double quantise_band(Coder& coder, CoefficientModels& models, const WaveletImage
                      float step, float trade, int32_t* q) {
   const Band& b = image.pyramid.high[level][type];
   const float band = step * band_step(level, type), inverse = 1 / band;
-  const float weight = (band / step) * (band / step);  // errors count in units of the patch's step
   double squared = 0;
   for (uint32_t y = 0; y < b.height; y++) {
     const size_t row = b.at(0, y);
@@ -53,18 +52,18 @@ double quantise_band(Coder& coder, CoefficientModels& models, const WaveletImage
         return d * d;
       };
       int32_t best = 0;
-      float best_cost = error(0) * weight + trade * magnitude_bits(models, c, level, type, 0);
+      float best_cost = error(0) + trade * magnitude_bits(models, c, level, type, 0);
       const int32_t nearest = int32_t(a + 0.5f + kReconstructionBias);
       for (int32_t k = nearest; k > 0 && k >= nearest - 1; k--) {
-        const float cost = error(k) * weight + trade * magnitude_bits(models, c, level, type, k);
+        const float cost = error(k) + trade * magnitude_bits(models, c, level, type, k);
         if (cost < best_cost) best_cost = cost, best = k;
       }
       q[i] = v < 0 ? -best : best;
-      squared += double(error(best)) * band * band;
+      squared += error(best);
       code_coefficient(coder, models, c, level, type, q[i]);
     }
   }
-  return squared;
+  return squared * step * step;
 }
 
 template double quantise_band(RangeEncoder&, CoefficientModels&, const WaveletImage&, int, int, float, float, int32_t*);

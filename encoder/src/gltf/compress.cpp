@@ -41,6 +41,9 @@ std::string obstacle(const Document& document, const Json& primitive, const std:
   if (const Json* extensions = find(primitive, "extensions"))
     for (const auto& [name, value] : extensions->items())
       if (name != "KHR_materials_variants") return "has the extension " + name;
+  const Json* indices = find(primitive, "indices");
+  if (indices && !document.json["accessors"][indices->get<size_t>()].contains("bufferView"))
+    return "has indices without a buffer view";
   if (!unknown.empty()) return "is in a file in which " + unknown + " may refer to its accessors";
   return "";
 }
@@ -89,6 +92,13 @@ void read_candidates(Document& document, const tinygltf::Model& model, std::vect
   }
 }
 
+// Can a plain primitive's triangles be read at all?
+bool is_readable(const Document& document, const Json& primitive) {
+  const Json* indices = find(primitive, "indices");
+  bool has_indices = !indices || document.json["accessors"][indices->get<size_t>()].contains("bufferView");
+  return primitive["attributes"].contains("POSITION") && has_indices;
+}
+
 // Primitives of one mesh (begin to end) of which one could be coded: those that touch another pass through.
 void find_touching(Document& document, const tinygltf::Model& model, Primitive* begin, Primitive* end) {
   std::vector<std::vector<std::array<float, 3>>> borders;
@@ -101,7 +111,7 @@ void find_touching(Document& document, const tinygltf::Model& model, Primitive* 
       borders.back() = border_positions(p->geometry);
     } else if (std::string codec = foreign_codec(document, json); !codec.empty()) {
       unreadable = "shares its mesh with a primitive that is compressed with " + codec;
-    } else if (stream_view(json) >= 0 || json["attributes"].contains("POSITION")) {
+    } else if (stream_view(json) >= 0 || is_readable(document, json)) {
       borders.back() = border_positions(read_primitive(document, model, p->mesh, p->number));
     }
   }

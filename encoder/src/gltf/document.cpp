@@ -95,11 +95,7 @@ Bytes load_buffer(const Json& buffer, size_t i, const fs::path& directory, const
   } else if (i == 0 && chunks.has_binary) {
     bytes.assign(chunks.binary.data, chunks.binary.data + std::min(chunks.binary.size, length));
   } else {
-    const Json* extensions = find(buffer, "extensions");
-    bool placeholder = extensions && (extensions->contains("EXT_meshopt_compression") ||
-                                      extensions->contains("KHR_meshopt_compression"));
-    if (!placeholder) throw InputError(name + " has no data");
-    return {};
+    return {};  // a placeholder: meshopt's fallback, or bytes that the application was to provide
   }
   if (bytes.size() < length)
     throw InputError(name + " is truncated: " + std::to_string(bytes.size()) + " of " +
@@ -141,7 +137,9 @@ Json* find(Json& object, const char* key) {
 
 Span view_bytes(const Document& document, size_t view) {
   const Json& v = document.json.at("bufferViews").at(view);
-  const Bytes& buffer = document.buffers.at(v.at("buffer").get<size_t>());
+  size_t b = v.at("buffer").get<size_t>();
+  const Bytes& buffer = document.buffers.at(b);
+  if (buffer.empty()) throw InputError("buffer " + std::to_string(b) + " has no data");
   uint64_t offset = v.value("byteOffset", uint64_t(0)), length = v.at("byteLength").get<uint64_t>();
   if (offset > buffer.size() || length > buffer.size() - offset)
     throw InputError("buffer view " + std::to_string(view) + " exceeds its buffer");
@@ -192,18 +190,25 @@ const char* image_type(const Bytes& bytes) {
   return has(8, "WEBP") ? "image/webp" : nullptr;
 }
 
-// Images in files beside the input would be lost in another folder: they move into the buffer.
-void embed_images(Document& document) {
+// The bytes of an image with a URI, if they are to move into the buffer: those of data URIs, which a GLB
+// should not hold, and those of files beside the input, which would be lost in another folder. Else nothing.
+Bytes movable_image(const Document& document, const Json& image, bool data_uris, bool files) {
+  const Json* uri = find(image, "uri");
+  if (!uri || !uri->is_string()) return {};
+  const std::string& text = uri->get_ref<const std::string&>();
+  bool is_data = text.rfind("data:", 0) == 0;
+  if (is_data ? !data_uris : !files) return {};
+  try {
+    return is_data ? *decode_data_uri(text) : read_file(resolve_uri(document.directory, text));
+  } catch (const InputError&) {
+    return {};  // it was missing or malformed before as well
+  }
+}
+
+void embed_images(Document& document, bool data_uris, bool files) {
   size_t count = document.json.contains("images") ? document.json["images"].size() : 0;
   for (size_t i = 0; i < count; i++) {
-    const Json* uri = find(document.json["images"][i], "uri");
-    if (!uri || !uri->is_string() || uri->get_ref<const std::string&>().rfind("data:", 0) == 0) continue;
-    Bytes bytes;
-    try {
-      bytes = read_file(resolve_uri(document.directory, uri->get_ref<const std::string&>()));
-    } catch (const InputError&) {
-      continue;  // it was missing before as well
-    }
+    Bytes bytes = movable_image(document, document.json["images"][i], data_uris, files);
     const char* type = image_type(bytes);
     if (!type) continue;
     size_t view = append_view(document, bytes);
@@ -255,7 +260,7 @@ bool same_folder(const fs::path& a, const fs::path& b) {
 void save_document(Document document, const fs::path& out) {
   std::string extension = lower_extension(out);
   if (extension != ".glb" && extension != ".gltf") throw FileError(out, "is neither .glb nor .gltf");
-  if (!same_folder(document.directory, out.parent_path())) embed_images(document);
+  embed_images(document, extension == ".glb", !same_folder(document.directory, out.parent_path()));
   for (size_t i = 0; i < document.buffers.size(); i++) {
     Json& buffer = document.json["buffers"][i];
     if (i > 0 && !document.buffers[i].empty()) buffer["uri"] = encode_data_uri(document.buffers[i]);

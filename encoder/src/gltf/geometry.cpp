@@ -153,12 +153,12 @@ void read_sparse(const Document& document, const tinygltf::Model& model, int ind
   }
 }
 
-// A count that only the JSON vouches for must not size an allocation beyond this.
+// An accessor without a buffer view holds zeros. A count that only the JSON vouches for must not size an
+// allocation beyond this.
 constexpr size_t kMaxElementsWithoutBytes = 1 << 24;
 
 void check_count(const tinygltf::Accessor& a, int index) {
   if (a.bufferView >= 0) return;
-  if (!a.sparse.isSparse) throw InputError(accessor_name(index) + " has no buffer view");
   if (a.count > kMaxElementsWithoutBytes) throw InputError(accessor_name(index) + " has too many elements");
 }
 
