@@ -4,8 +4,7 @@ import path from 'node:path';
 import draco3d from 'draco3d';
 import { MeshoptDecoder, MeshoptEncoder } from 'meshoptimizer';
 
-import { root } from './meshes.mjs';
-import { encode, run } from './peers.mjs';
+import { build, encode, run } from './peers.mjs';
 import { createReliefDecoder } from '../web/dist/relief.mjs';
 
 const ROUNDS = 11, WARM_UP = 2;
@@ -32,7 +31,7 @@ const timed = call => {
 };
 
 function native(stream, drc, folder) {
-  const decodeTime = path.join(root, 'build/release/bench/decode_time');
+  const decodeTime = path.join(build, 'bench/decode_time');
   const out = path.join(folder, 'timed.ply');
   const milliseconds = (text, pattern) => Number(pattern.exec(text)[1]);
   return inTurns({

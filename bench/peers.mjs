@@ -7,7 +7,8 @@ import { MeshoptDecoder, MeshoptSimplifier } from 'meshoptimizer';
 
 import { compact, readGlb, root, writeObj, writePly } from './meshes.mjs';
 
-export const RELIEF = path.join(root, 'build/release/encoder/relief');
+export const build = path.resolve(root, process.env.RELIEF_BUILD ?? 'build/release');
+const RELIEF = path.join(build, 'encoder/relief');
 const GLTFPACK = path.join(root, 'bench/node_modules/gltfpack/cli.js');
 
 export const run = (program, ...args) =>

@@ -6,7 +6,7 @@ import { createReliefDecoder } from 'relief-gltf';
 import { RELIEF_PATCH_COMPRESSION, ReliefPatchCompression } from 'relief-gltf/three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-import { outputs, readGlb, run, sphereGlb, streamsOf, writeGlb } from './fixtures.mjs';
+import { outputs, readGlb, run, scratch, sphereGlb, streamsOf, writeGlb } from './fixtures.mjs';
 
 async function load(file, decoder) {
   const loader = new GLTFLoader();
@@ -103,7 +103,7 @@ async function assertRefused(alter, expected) {
   const bytes = Buffer.from(binary);
   const primitive = json.meshes[0].primitives[0];
   alter(json, primitive, bytes, json.bufferViews[primitive.extensions[RELIEF_PATCH_COMPRESSION].bufferView].byteOffset ?? 0);
-  const file = `${outputs}/../refused.glb`;
+  const file = scratch('refused.glb');
   writeGlb(file, json, bytes);
   const decoder = await createReliefDecoder();
   await assert.rejects(load(file, decoder), expected);
