@@ -25,9 +25,7 @@ Stream read_stream(const Bytes& bytes) {
   Stream stream{bytes.size(), {}, {}};
   relief_status status = relief_inspect(bytes.data(), bytes.size(), nullptr, &stream.info);
   if (status != RELIEF_OK) throw InputError(relief_status_text(status));
-#ifdef RELIEF_HAS_LEDGER
   stream.ledger = read_ledger(bytes);
-#endif
   return stream;
 }
 
