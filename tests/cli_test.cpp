@@ -1,0 +1,341 @@
+// The command line: exit codes, one-line errors, JSON, and files that are whole or absent.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+
+#include "gltf_scenes.h"
+
+namespace relief {
+namespace {
+
+struct Result {
+  int code = -1;
+  std::string out, err;
+  TestJson json() const { return TestJson::parse(out); }
+};
+
+// Runs `relief ARGUMENTS` in a folder.
+Result relief_in(const TemporaryFolder& folder, const std::string& arguments) {
+  std::string err = folder / "stderr.txt";
+  std::string command =
+      "cd '" + folder.path.string() + "' && '" RELIEF_BINARY "' " + arguments + " 2>'" + err + "'";
+  Result result;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (!pipe) return result;
+  char buffer[4096];
+  for (size_t n; (n = fread(buffer, 1, sizeof(buffer), pipe)) > 0;) result.out.append(buffer, n);
+  int status = pclose(pipe);
+  result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  TestBytes bytes = read_bytes(err);
+  result.err.assign(bytes.begin(), bytes.end());
+  std::filesystem::remove(err);
+  return result;
+}
+
+std::string ply_of(const TriangleMesh& mesh) {
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(mesh.positions.size()) +
+                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                     std::to_string(mesh.triangles.size()) +
+                     "\nproperty list uchar int vertex_indices\nend_header\n";
+  char line[128];
+  for (const auto& p : mesh.positions) {
+    std::snprintf(line, sizeof(line), "%.9g %.9g %.9g\n", p[0], p[1], p[2]);
+    text += line;
+  }
+  for (const auto& t : mesh.triangles) {
+    std::snprintf(line, sizeof(line), "3 %u %u %u\n", t[0], t[1], t[2]);
+    text += line;
+  }
+  return text;
+}
+
+// "relief: ..." and nothing more.
+void expect_one_line(const Result& result) {
+  EXPECT_EQ(result.err.rfind("relief: ", 0), 0u) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+}
+
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override { write_text(folder / "torus.ply", ply_of(make_torus(48, 24))); }
+  Result run(const std::string& arguments) { return relief_in(folder, arguments); }
+  bool exists(const std::string& name) { return std::filesystem::exists(folder / name); }
+  TemporaryFolder folder;
+};
+
+TEST_F(CommandLine, EncodesDecodesComparesAndInforms) {
+  Result encoded = run("encode torus.ply t.glb --error 1e-3 --json");
+  ASSERT_EQ(encoded.code, 0) << encoded.err;
+  EXPECT_EQ(encoded.err, "");  // no progress bar, as stderr is no terminal
+  TestJson report = encoded.json();
+  EXPECT_EQ(report["output_bytes"], std::filesystem::file_size(folder / "t.glb"));
+  EXPECT_EQ(report["primitives"][0]["vertices"], 48 * 24);
+  EXPECT_LE(report["primitives"][0]["e_rms"].get<double>(), 10);
+
+  Result compared = run("compare torus.ply t.glb --samples 100000 --json");
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  EXPECT_LE(compared.json()["e_rms"].get<double>(), 10.3);  // other sample points than the encoder's
+  EXPECT_EQ(compared.json()["a"]["genus"], 1);
+
+  Result decoded = run("decode t.glb t.ply --json");
+  ASSERT_EQ(decoded.code, 0) << decoded.err;
+  Result info = run("info t.glb --json");
+  ASSERT_EQ(info.code, 0) << info.err;
+  TestJson stream = info.json()["streams"][0];
+  EXPECT_EQ(stream["bytes"], report["primitives"][0]["bytes_after"]);
+  EXPECT_EQ(stream["vertex_count"], decoded.json()["vertices"]);
+  EXPECT_EQ(stream["triangle_count"], decoded.json()["triangles"]);
+  EXPECT_EQ(stream["bytes_header"].get<uint64_t>() + stream["bytes_side"].get<uint64_t>() +
+                stream["bytes_masks"].get<uint64_t>() + stream["bytes_coefficients"].get<uint64_t>(),
+            stream["bytes"].get<uint64_t>());
+  EXPECT_EQ(stream["patches"].size(), stream["patch_count"].get<size_t>());
+  EXPECT_NE(run("info t.glb").out.find("masks"), std::string::npos);
+}
+
+TEST_F(CommandLine, AllFormatsHoldTheSameSurface) {
+  ASSERT_EQ(run("encode torus.ply a.glb --error 2e-3 --quiet").code, 0);
+  ASSERT_EQ(run("encode torus.ply a.gltf --error 2e-3 --quiet").code, 0);
+  ASSERT_EQ(run("encode torus.ply a.relief --error 2e-3 --quiet").code, 0);
+  for (const char* in : {"a.glb", "a.gltf", "a.relief"})
+    for (const char* out : {"b.glb", "b.gltf", "b.ply", "b.obj"}) {
+      ASSERT_EQ(run(std::string("decode ") + in + " " + out + " --quiet").code, 0) << in << out;
+      Result compared = run(std::string("compare a.relief ") + out + " --json --samples 2000");
+      ASSERT_EQ(compared.code, 0) << compared.err;
+      EXPECT_LE(compared.json()["e_max"].get<double>(), 0.01) << in << out;
+    }
+}
+
+TEST_F(CommandLine, ThreadsDoNotChangeTheBytes) {
+  ASSERT_EQ(run("encode torus.ply one.glb --error 1e-3 --quiet --threads 1").code, 0);
+  ASSERT_EQ(run("encode torus.ply four.glb --error 1e-3 --quiet --threads 4").code, 0);
+  EXPECT_EQ(read_bytes(folder / "one.glb"), read_bytes(folder / "four.glb"));
+}
+
+TEST_F(CommandLine, HeatmapAndPatches) {
+  ASSERT_EQ(run("encode torus.ply t.glb --error 2e-3 --quiet --patches p.glb").code, 0);
+  ASSERT_EQ(run("compare torus.ply t.glb --heatmap h.glb --quiet --samples 5000").code, 0);
+  for (const char* name : {"p.glb", "h.glb"}) {
+    Glb glb = read_glb(folder / name);
+    const TestJson& attributes = glb.json["meshes"][0]["primitives"][0]["attributes"];
+    ASSERT_TRUE(attributes.contains("COLOR_0")) << name;
+    TestBytes colors =
+        glb.view(glb.json["accessors"][attributes["COLOR_0"].get<size_t>()]["bufferView"].get<size_t>());
+    EXPECT_NE(std::count(colors.begin(), colors.end(), colors[0]), ptrdiff_t(colors.size())) << name;
+  }
+}
+
+TEST_F(CommandLine, TheHeatmapOfEqualSurfacesIsBlue) {
+  ASSERT_EQ(run("compare torus.ply torus.ply --heatmap h.glb --quiet --samples 5000").code, 0);
+  Glb glb = read_glb(folder / "h.glb");
+  const TestJson& attributes = glb.json["meshes"][0]["primitives"][0]["attributes"];
+  TestBytes colors =
+      glb.view(glb.json["accessors"][attributes["COLOR_0"].get<size_t>()]["bufferView"].get<size_t>());
+  for (size_t i = 0; i < colors.size(); i += 4)
+    ASSERT_EQ(TestBytes(colors.begin() + ptrdiff_t(i), colors.begin() + ptrdiff_t(i) + 4),
+              (TestBytes{0, 0, 255, 255}));
+}
+
+TEST_F(CommandLine, MeetsABudgetOfBytes) {
+  Result encoded = run("encode torus.ply t.relief --bytes 1500 --json");
+  ASSERT_EQ(encoded.code, 0) << encoded.err;
+  EXPECT_LE(std::filesystem::file_size(folder / "t.relief"), 1500u);
+}
+
+TEST_F(CommandLine, SaysWhenTheTargetCannotBeMet) {
+  Result encoded = run("encode torus.ply t.relief --bytes 20");
+  EXPECT_EQ(encoded.code, 3);
+  EXPECT_NE(encoded.err.find("could not be met"), std::string::npos) << encoded.err;
+  EXPECT_TRUE(exists("t.relief"));  // the best there is
+  EXPECT_EQ(run("decode t.relief t.ply").code, 0);
+}
+
+TEST_F(CommandLine, SharesABudgetAmongPrimitives) {
+  SceneBuilder scene;
+  scene.mesh({scene.primitive(make_torus(48, 24))}, "a");
+  scene.mesh({scene.primitive(make_bumpy_sphere(4))}, "b");
+  scene.save(folder / "in.glb");
+  Result encoded = run("encode in.glb out.glb --bytes 4000 --json");
+  ASSERT_EQ(encoded.code, 0) << encoded.err;
+  uint64_t bytes = 0;
+  for (const TestJson& p : encoded.json()["primitives"]) {
+    EXPECT_TRUE(p["compressed"].get<bool>());
+    bytes += p["bytes_after"].get<uint64_t>();
+  }
+  EXPECT_LE(bytes, 4000u);
+}
+
+TEST_F(CommandLine, SaysWhatPassesThrough) {
+  SceneBuilder scene;
+  TestJson primitive = scene.primitive(make_torus(24, 12));
+  primitive["attributes"]["TEXCOORD_0"] = primitive["attributes"]["POSITION"];
+  scene.mesh({primitive}, "pot");
+  scene.save(folder / "in.glb");
+  Result encoded = run("encode in.glb out.glb");
+  EXPECT_EQ(encoded.code, 0);
+  expect_one_line(encoded);
+  EXPECT_NE(encoded.err.find("mesh 0 'pot' primitive 0: passed through: has the attribute TEXCOORD_0"),
+            std::string::npos)
+      << encoded.err;
+  EXPECT_EQ(read_bytes(folder / "in.glb"), read_bytes(folder / "out.glb"));
+  EXPECT_EQ(run("encode in.glb out.glb --quiet").err, "");
+}
+
+TEST_F(CommandLine, HelpTeaches) {
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_EQ(run("--version").out.rfind("relief ", 0), 0u);
+  for (const char* command : {"encode", "decode", "compare", "info"}) {
+    Result help = run(std::string(command) + " --help");
+    EXPECT_EQ(help.code, 0);
+    EXPECT_NE(help.out.find(std::string("  relief ") + command + " "), std::string::npos) << command;
+  }
+}
+
+TEST_F(CommandLine, WrongCommandLines) {
+  for (const char* arguments :
+       {"", "squash a b", "encode", "encode torus.ply", "encode torus.ply out.stl", "encode torus.ply out",
+        "encode torus.ply t.glb --error 0", "encode torus.ply t.glb --error -1",
+        "encode torus.ply t.glb --error x", "encode torus.ply t.glb --bytes 100 --bpv 1",
+        "encode torus.ply t.glb --error 1e-4 --bytes 100", "encode torus.ply t.glb --threads 0",
+        "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
+        "compare torus.ply", "info", "compare torus.ply torus.ply --heatmap h.png"}) {
+    Result result = run(arguments);
+    EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
+    expect_one_line(result);
+  }
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"torus.ply"});
+}
+
+// --- Bad input
+// -----------------------------------------------------------------------------------------------------
+
+std::string ply_text(const std::string& vertices, int vertex_count, const std::string& faces,
+                     int face_count) {
+  return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertex_count) +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+         std::to_string(face_count) + "\nproperty list uchar int vertex_indices\nend_header\n" + vertices +
+         faces;
+}
+
+TEST_F(CommandLine, InputsThatCannotWork) {
+  std::string triangle = "0 0 0\n1 0 0\n0 1 0\n";
+  std::map<std::string, std::string> files = {
+      {"unknown.xyzzy", "hello"},
+      {"nothing.ply", ""},
+      {"empty.ply", ply_text("", 0, "", 0)},
+      {"faceless.ply", ply_text(triangle, 3, "", 0)},
+      {"nan.ply", ply_text("0 0 0\n1 nan 0\n0 1 0\n", 3, "3 0 1 2\n", 1)},
+      {"infinite.ply", ply_text("0 0 0\n1 inf 0\n0 1 0\n", 3, "3 0 1 2\n", 1)},
+      {"range.ply", ply_text(triangle, 3, "3 0 1 3\n", 1)},
+      {"negative.ply", ply_text(triangle, 3, "3 0 1 -1\n", 1)},
+      {"flat.ply", ply_text("0 0 0\n1 0 0\n2 0 0\n", 3, "3 0 1 2\n", 1)},
+      {"point.ply", ply_text("1 1 1\n1 1 1\n1 1 1\n", 3, "3 0 1 2\n", 1)},
+      {"short.ply", ply_text("0 0 0\n1 0 0\n", 3, "", 1)},
+      {"text.glb", "not a GLB at all, but long enough"},
+      {"text.gltf", "{"},
+      {"text.obj", "v 1 2\nf 1 2 3\n"},
+      {"range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"},
+      {"text.off", "OFF\n3 1\n"},
+      {"text.stl", "solid x\nfacet"},
+      {"text.relief", "RLF?"}};
+  for (const auto& [name, text] : files) {
+    write_text(folder / name, text);
+    for (const char* out : {"out.glb", "out.gltf", "out.relief"}) {
+      Result result = run("encode " + name + " " + out);
+      EXPECT_EQ(result.code, 1) << name << ": " << result.err;
+      expect_one_line(result);
+      EXPECT_EQ(result.err.rfind("relief: " + name + ": ", 0), 0u) << result.err;
+      EXPECT_FALSE(exists(out));
+    }
+    EXPECT_EQ(run("compare torus.ply " + name).code, name == "flat.ply" || name == "point.ply" ? 0 : 1)
+        << name;
+  }
+  EXPECT_EQ(run("encode missing.ply out.glb").code, 1);
+  expect_one_line(run("encode missing.ply out.glb"));
+  expect_one_line(run("encode torus.ply no/such/folder/out.glb"));
+  for (const char* arguments : {"decode missing.glb out.ply", "decode text.glb out.ply",
+                                "decode text.relief out.ply", "decode torus.ply out.ply", "info missing.glb",
+                                "info text.relief", "info torus.ply", "compare missing.ply torus.ply"}) {
+    Result result = run(arguments);
+    EXPECT_EQ(result.code, 1) << arguments << ": " << result.err;
+    expect_one_line(result);
+  }
+  EXPECT_FALSE(exists("out.ply"));
+  for (const std::string& name : folder.names()) EXPECT_EQ(name.find("tmp"), std::string::npos) << name;
+}
+
+// Surfaces that are odd but hold area: encoded, decoded, and near the original.
+TEST_F(CommandLine, InputsThatMustWork) {
+  TriangleMesh sphere = make_bumpy_sphere(3);
+  TriangleMesh soup;  // single triangles, none of which shares a vertex
+  for (const auto& t : sphere.triangles) {
+    uint32_t n = uint32_t(soup.positions.size());
+    for (uint32_t v : t) soup.positions.push_back(sphere.positions[v]);
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  TriangleMesh fin = sphere;  // a third triangle at the first edge
+  fin.positions.push_back({2, 2, 2});
+  fin.triangles.push_back({fin.triangles[0][0], fin.triangles[0][1], uint32_t(fin.positions.size() - 1)});
+  TriangleMesh degenerate = sphere;
+  for (uint32_t i = 0; i < 10; i++) degenerate.triangles.push_back({i, i, i + 1});
+  TriangleMesh parts = joined(sphere, moved(make_sphere(0, 0.01), 2, 0, 0));
+  TriangleMesh lone;
+  lone.positions = {{3, 0, 0}, {3.1f, 0, 0}, {3, 0.1f, 0}};
+  lone.triangles = {{0, 1, 2}};
+  std::map<std::string, TriangleMesh> meshes = {{"soup", soup},
+                                                {"fin", fin},
+                                                {"degenerate", degenerate},
+                                                {"parts", parts},
+                                                {"lone", joined(sphere, lone)}};
+  for (const auto& [name, mesh] : meshes) {
+    write_text(folder / (name + ".ply"), ply_of(mesh));
+    Result encoded = run("encode " + name + ".ply out.glb --error 5e-3 --json");
+    ASSERT_EQ(encoded.code, 0) << name << ": " << encoded.err;
+    Result compared = run("compare " + name + ".ply out.glb --samples 50000 --json");
+    ASSERT_EQ(compared.code, 0) << compared.err;
+    EXPECT_LE(compared.json()["e_rms"].get<double>(), 55) << name;
+  }
+}
+
+// A mesh of one triangle: works, or one line says why not.
+TEST_F(CommandLine, ThreeVertices) {
+  write_text(folder / "three.ply", ply_text("0 0 0\n1 0 0\n0 1 0\n", 3, "3 0 1 2\n", 1));
+  Result result = run("encode three.ply out.glb --json");
+  if (result.code == 1) {
+    expect_one_line(result);
+    EXPECT_FALSE(exists("out.glb"));
+  } else {
+    EXPECT_TRUE(result.code == 0 || result.code == 3) << result.code << result.err;
+    EXPECT_EQ(run("decode out.glb out.ply --quiet").code, 0);
+  }
+}
+
+TEST_F(CommandLine, TruncatedAndAlteredGlbs) {
+  ASSERT_EQ(run("encode torus.ply good.glb --error 5e-3 --quiet").code, 0);
+  TestBytes good = read_bytes(folder / "good.glb");
+  size_t refused = 0;
+  for (size_t size = 0; size < good.size(); size += good.size() / 40 + 1) {
+    write_bytes(folder / "bad.glb", TestBytes(good.begin(), good.begin() + ptrdiff_t(size)));
+    Result result = run("decode bad.glb bad.ply");
+    EXPECT_EQ(result.code, 1) << size;
+    expect_one_line(result);
+    EXPECT_FALSE(exists("bad.ply"));
+  }
+  for (size_t i = 0; i < good.size(); i += good.size() / 60 + 1) {
+    TestBytes bad = good;
+    bad[i] ^= 0x55;
+    write_bytes(folder / "bad.glb", bad);
+    Result result = run("decode bad.glb bad.ply --quiet");
+    EXPECT_TRUE(result.code == 0 || result.code == 1) << i << ": " << result.code << result.err;
+    EXPECT_EQ(exists("bad.ply"), result.code == 0);
+    if (result.code == 1) expect_one_line(result), refused++;
+    std::filesystem::remove(folder / "bad.ply");
+  }
+  EXPECT_GT(refused, 0u);
+}
+
+}  // namespace
+}  // namespace relief
