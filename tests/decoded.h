@@ -1,0 +1,175 @@
+// A stream decoded through the C API into heap blocks of exactly the promised sizes (so that AddressSanitizer
+// sees one byte too many), and what every decoded mesh must be, whatever the bytes were. For the tests and
+// the fuzz targets.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "relief/relief.h"
+#include "sha256.h"
+
+namespace relief {
+
+// An uninitialised block of the heap, of exactly `size` bytes (one if 0), aligned to 16.
+class HeapBlock {
+ public:
+  explicit HeapBlock(size_t size) : size_(size), bytes_(static_cast<uint8_t*>(std::malloc(size ? size : 1))) {
+    if (!bytes_) throw std::bad_alloc();
+  }
+  HeapBlock(const void* data, size_t size) : HeapBlock(size) {
+    if (size) std::memcpy(bytes_.get(), data, size);
+  }
+  uint8_t* data() const { return bytes_.get(); }
+  size_t size() const { return size_; }
+  template <class T>
+  T* as() const {
+    return reinterpret_cast<T*>(bytes_.get());
+  }
+
+ private:
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+  size_t size_;
+  std::unique_ptr<uint8_t, Free> bytes_;
+};
+
+struct Decoded {
+  relief_status inspected = RELIEF_OK, status = RELIEF_OK;
+  relief_info info = {};
+  std::vector<float> positions, normals;
+  std::vector<uint32_t> indices;
+  size_t vertices() const { return positions.size() / 3; }
+  size_t triangles() const { return indices.size() / 3; }
+};
+
+inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr) {
+  Decoded d;
+  const HeapBlock stream(data, size);
+  const void* bytes = stream.data();
+  d.status = d.inspected = relief_inspect(bytes, size, limits, &d.info);
+  if (d.status != RELIEF_OK) return d;
+  const size_t vertices = d.info.vertex_capacity, triangles = d.info.triangle_capacity;
+  const HeapBlock workspace(d.info.workspace_bytes), positions(12 * vertices), normals(12 * vertices),
+      indices(12 * triangles);
+  relief_mesh mesh = {positions.as<float>(),
+                      normals.as<float>(),
+                      indices.as<uint32_t>(),
+                      d.info.vertex_capacity,
+                      d.info.triangle_capacity,
+                      0,
+                      0};
+  d.status = relief_decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
+  if (d.status != RELIEF_OK) return d;
+  d.positions.assign(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
+  d.normals.assign(mesh.normals, mesh.normals + 3 * size_t(mesh.vertex_count));
+  d.indices.assign(mesh.indices, mesh.indices + 3 * size_t(mesh.triangle_count));
+  return d;
+}
+
+// A mesh by its corners: an entry for each directed edge from -> to with the third corner of its triangle,
+// sorted.
+class DirectedEdges {
+ public:
+  explicit DirectedEdges(const std::vector<uint32_t>& indices) {
+    entries_.reserve(indices.size());
+    for (size_t t = 0; t < indices.size(); t += 3)
+      for (size_t k = 0; k < 3; k++)
+        entries_.push_back({indices[t + k], indices[t + (k + 1) % 3], indices[t + (k + 2) % 3]});
+    std::sort(entries_.begin(), entries_.end());
+  }
+
+  bool unique() const {
+    for (size_t i = 1; i < entries_.size(); i++)
+      if (entries_[i].from == entries_[i - 1].from && entries_[i].to == entries_[i - 1].to) return false;
+    return true;
+  }
+
+  size_t open() const {
+    size_t n = 0;
+    for (const Entry& e : entries_) n += !find(e.to, e.from);
+    return n;
+  }
+
+  // Whether the triangles around every vertex follow one another in one fan, closed or open. Needs unique().
+  bool one_fan_each() const {
+    for (size_t begin = 0, end; begin < entries_.size(); begin = end) {
+      for (end = begin; end < entries_.size() && entries_[end].from == entries_[begin].from;) end++;
+      size_t start = begin, visited = 0;
+      for (size_t i = begin; i < end; i++)
+        if (!find(entries_[i].to, entries_[i].from)) start = i;  // a fan begins at a border
+      const Entry* first = &entries_[start];
+      const Entry* e = first;
+      do {
+        visited++;
+        e = find(e->from, e->third);
+      } while (e && e != first);
+      if (visited != end - begin) return false;
+    }
+    return true;
+  }
+
+ private:
+  struct Entry {
+    uint32_t from, to, third;
+    bool operator<(const Entry& o) const { return from != o.from ? from < o.from : to < o.to; }
+  };
+  const Entry* find(uint32_t from, uint32_t to) const {
+    const Entry wanted = {from, to, 0};
+    const auto i = std::lower_bound(entries_.begin(), entries_.end(), wanted);
+    return i != entries_.end() && i->from == from && i->to == to ? &*i : nullptr;
+  }
+  std::vector<Entry> entries_;
+};
+
+// What is wrong with a decoded mesh, or "". closed: it must have no border.
+inline std::string fault_of(const Decoded& d, bool closed = false) {
+  if (d.vertices() > d.info.vertex_capacity || d.triangles() > d.info.triangle_capacity)
+    return "more than the promised capacity";
+  for (float f : d.positions)
+    if (!std::isfinite(f)) return "a position is not finite";
+  for (size_t i = 0; i < d.normals.size(); i += 3) {
+    const float* n = &d.normals[i];
+    if (!(std::fabs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1) < 1e-4f))
+      return "a normal is not of unit length";
+  }
+  for (uint32_t i : d.indices)
+    if (i >= d.vertices()) return "an index is out of range";
+  for (size_t t = 0; t < d.indices.size(); t += 3) {
+    const uint32_t *v = &d.indices[t], a = v[0], b = v[1], c = v[2];
+    if (a == b || b == c || c == a) return "a triangle has a vertex twice";
+  }
+  const DirectedEdges edges(d.indices);
+  if (!edges.unique()) return "an edge is used twice in the same direction";
+  if (!edges.one_fan_each()) return "the triangles around a vertex are more than one fan";
+  if (closed && edges.open()) return "the surface is not closed";
+  return "";
+}
+
+// SHA-256 of positions, normals and indices as little-endian bytes, one array after the other.
+inline std::string hash_of(const Decoded& d) {
+  std::vector<uint8_t> bytes;
+  auto put = [&](uint32_t v) {
+    for (int i = 0; i < 32; i += 8) bytes.push_back(uint8_t(v >> i));
+  };
+  auto put_floats = [&](const std::vector<float>& values) {
+    for (float f : values) {
+      uint32_t bits;
+      std::memcpy(&bits, &f, 4);
+      put(bits);
+    }
+  };
+  put_floats(d.positions);
+  put_floats(d.normals);
+  for (uint32_t i : d.indices) put(i);
+  return sha256(std::move(bytes));
+}
+
+}  // namespace relief

@@ -1,0 +1,470 @@
+// The decoder alone, on golden streams and on what is left of them after damage.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <numeric>
+#include <random>
+#include <set>
+
+#include "decoded.h"
+#include "golden.h"
+
+// Compiled as C99 and as C++11.
+extern "C" relief_status relief_header_is_c(const void* data, size_t size);
+relief_status relief_header_is_cpp(const void* data, size_t size);
+
+namespace relief {
+namespace {
+
+const std::vector<Golden>& golden() {
+  static const std::vector<Golden> all = read_golden(RELIEF_SOURCE_DIR "/tests/golden");
+  return all;
+}
+
+const Golden& golden(const std::string& name) {
+  for (const Golden& g : golden())
+    if (g.name == name) return g;
+  throw std::runtime_error("no golden stream " + name);
+}
+
+Decoded decode_bytes(const std::vector<uint8_t>& bytes, const relief_limits* limits = nullptr) {
+  return decode_exactly(bytes.data(), bytes.size(), limits);
+}
+
+size_t components_of(const Decoded& d) {
+  std::vector<uint32_t> parent(d.vertices());
+  std::iota(parent.begin(), parent.end(), 0u);
+  auto find = [&](uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (size_t t = 0; t < d.indices.size(); t += 3)
+    for (size_t k = 0; k < 2; k++) parent[find(d.indices[t + k])] = find(d.indices[t + k + 1]);
+  size_t n = 0;
+  for (uint32_t i = 0; i < parent.size(); i++) n += parent[i] == i;
+  return n;
+}
+
+// Limits that keep a damaged stream from asking for much.
+constexpr relief_limits kSmall = {1 << 10, 1 << 16, 1 << 16};
+
+// No stream within the limits may ask for more memory than this: the planes of a pyramid take at most 8
+// elements a pixel (container.cpp), and a vertex can be a border node.
+uint64_t workspace_bound(const relief_limits& l) {
+  return (1 << 20) + 128 * uint64_t(l.max_patches) + 96 * uint64_t(l.max_pixels) +
+         512 * uint64_t(l.max_vertices);
+}
+
+// Decodes bytes of any kind and checks what every decoder must keep. Returns the status.
+relief_status expect_error_or_good_mesh(const std::vector<uint8_t>& bytes, const std::string& what,
+                                        bool closed = false) {
+  const Decoded d = decode_bytes(bytes, &kSmall);
+  EXPECT_LE(d.info.workspace_bytes, workspace_bound(kSmall)) << what;
+  if (d.status == RELIEF_OK) {
+    EXPECT_EQ(fault_of(d, closed), "") << what;
+  } else {
+    EXPECT_STRNE(relief_status_text(d.status), "unknown status") << what;
+  }
+  // sized by inspect's promises, a decode never lacks room
+  EXPECT_NE(d.status, RELIEF_ERROR_ARGUMENT) << what;
+  EXPECT_NE(d.status, RELIEF_ERROR_WORKSPACE) << what;
+  EXPECT_NE(d.status, RELIEF_ERROR_OUTPUT) << what;
+  return d.status;
+}
+
+TEST(Sha256, KnownAnswers) {
+  EXPECT_EQ(sha256({}), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256({'a', 'b', 'c'}), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256(std::vector<uint8_t>(1000000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Header, CompilesAloneAsCAndCpp) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  EXPECT_EQ(relief_header_is_c(s.data(), s.size()), RELIEF_OK);
+  EXPECT_EQ(relief_header_is_cpp(s.data(), s.size()), RELIEF_OK);
+}
+
+TEST(Golden, DecodesToItsHash) {
+  ASSERT_GE(golden().size(), 4u);
+  for (const Golden& g : golden()) {
+    EXPECT_LE(g.stream.size(), 2048u) << g.name;
+    const Decoded d = decode_bytes(g.stream);
+    ASSERT_EQ(d.status, RELIEF_OK) << g.name;
+    EXPECT_EQ(hash_of(d), g.hash) << g.name << ": see golden/README.md";
+    EXPECT_EQ(fault_of(d, g.closed), "") << g.name;
+    EXPECT_EQ(components_of(d), g.components) << g.name;
+    if (!g.closed) {
+      EXPECT_GT(DirectedEdges(d.indices).open(), 0u) << g.name;
+    }
+  }
+}
+
+TEST(Golden, DecodesTheSameEveryTime) {
+  for (const Golden& g : golden())
+    EXPECT_EQ(hash_of(decode_bytes(g.stream)), hash_of(decode_bytes(g.stream)));
+}
+
+TEST(Inspect, TellsWhatTheStreamHolds) {
+  for (const Golden& g : golden()) {
+    const Decoded d = decode_bytes(g.stream);
+    const relief_info& i = d.info;
+    EXPECT_EQ(i.version, uint32_t(RELIEF_STREAM_VERSION));
+    EXPECT_GE(i.patch_count, 1u);
+    EXPECT_EQ(i.vertex_count, d.vertices()) << g.name;
+    EXPECT_EQ(i.triangle_count, d.triangles()) << g.name;
+    EXPECT_GE(i.vertex_capacity, i.vertex_count);
+    EXPECT_GE(i.triangle_capacity, i.triangle_count);
+    EXPECT_GT(i.pixel_count, 0u);
+    EXPECT_GT(i.scale, 0);
+    EXPECT_LE(i.masks_end, g.stream.size());
+  }
+}
+
+TEST(Inspect, ErrorsOfArguments) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  relief_info info;
+  EXPECT_EQ(relief_inspect(nullptr, s.size(), nullptr, &info), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(relief_inspect(nullptr, 0, nullptr, &info), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(relief_inspect(s.data(), s.size(), nullptr, nullptr), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(relief_inspect(s.data(), 0, nullptr, &info), RELIEF_ERROR_TRUNCATED);
+  EXPECT_EQ(relief_inspect(s.data(), s.size(), nullptr, &info), RELIEF_OK);
+}
+
+TEST(Inspect, LeavesTheResultAloneAfterAnError) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  relief_info info, before;
+  std::memset(&info, 0x5a, sizeof info);
+  before = info;
+  for (size_t n = 0; n < s.size(); n++)
+    if (relief_inspect(s.data(), n, nullptr, &info) != RELIEF_OK) {
+      ASSERT_EQ(std::memcmp(&info, &before, sizeof info), 0) << n;
+    } else {
+      info = before;
+    }
+}
+
+TEST(Inspect, BytesNeedNotBeAligned) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  for (size_t shift = 1; shift < 16; shift++) {
+    std::vector<uint8_t> bytes(shift, 0);
+    bytes.insert(bytes.end(), s.begin(), s.end());
+    relief_info info;
+    EXPECT_EQ(relief_inspect(bytes.data() + shift, s.size(), nullptr, &info), RELIEF_OK);
+  }
+}
+
+// A decode whose every part can be changed before it is run.
+struct Call {
+  explicit Call(const std::vector<uint8_t>& s) : data(s.data()), size(s.size()) {
+    EXPECT_EQ(relief_inspect(data, size, nullptr, &info), RELIEF_OK);
+    mesh.vertex_capacity = info.vertex_count;
+    mesh.triangle_capacity = info.triangle_count;
+    workspace_size = info.workspace_bytes;
+  }
+
+  // change: alters mesh and workspace just before the call
+  relief_status run(const std::function<void(Call&)>& change = {}) {
+    const HeapBlock positions(12 * size_t(mesh.vertex_capacity)), normals(12 * size_t(mesh.vertex_capacity)),
+        indices(12 * size_t(mesh.triangle_capacity)), memory(workspace_size);
+    mesh.positions = positions.as<float>(), mesh.normals = normals.as<float>();
+    mesh.indices = indices.as<uint32_t>();
+    workspace = memory.data();
+    if (change) change(*this);
+    return relief_decode(data, size, limits, mesh_pointer, workspace, workspace_size);
+  }
+
+  const void* data;
+  size_t size;
+  relief_info info = {};
+  relief_mesh mesh = {};
+  relief_mesh* mesh_pointer = &mesh;
+  const relief_limits* limits = nullptr;
+  uint8_t* workspace = nullptr;
+  size_t workspace_size = 0;
+};
+
+TEST(Decode, ErrorsOfArguments) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  auto status = [&](const std::function<void(Call&)>& change) { return Call(s).run(change); };
+  EXPECT_EQ(status({}), RELIEF_OK);
+  EXPECT_EQ(status([](Call& c) { c.data = nullptr; }), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](Call& c) { c.mesh_pointer = nullptr; }), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](Call& c) { c.mesh.positions = nullptr; }), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](Call& c) { c.mesh.indices = nullptr; }), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](Call& c) { c.workspace = nullptr; }), RELIEF_ERROR_ARGUMENT);
+  EXPECT_EQ(status([](Call& c) { c.mesh.normals = nullptr; }), RELIEF_OK);
+  for (int shift = 1; shift < 16; shift++)
+    EXPECT_EQ(status([=](Call& c) { c.workspace += shift, c.workspace_size -= size_t(shift); }),
+              RELIEF_ERROR_ARGUMENT);
+}
+
+TEST(Decode, ExactSizesSufficeAndOneLessDoesNot) {
+  for (const Golden& g : golden()) {
+    Call exact(g.stream);
+    EXPECT_EQ(exact.run(), RELIEF_OK) << g.name;
+    EXPECT_EQ(exact.mesh.vertex_count, exact.info.vertex_count);
+    EXPECT_EQ(exact.mesh.triangle_count, exact.info.triangle_count);
+    Call vertex(g.stream), triangle(g.stream), workspace(g.stream);
+    vertex.mesh.vertex_capacity--;
+    EXPECT_EQ(vertex.run(), RELIEF_ERROR_OUTPUT) << g.name;
+    triangle.mesh.triangle_capacity--;
+    EXPECT_EQ(triangle.run(), RELIEF_ERROR_OUTPUT) << g.name;
+    workspace.workspace_size--;
+    EXPECT_EQ(workspace.run(), RELIEF_ERROR_WORKSPACE) << g.name;
+  }
+}
+
+// Every smaller output and a sample of smaller workspaces: an error and nothing written beyond
+// (AddressSanitizer).
+TEST(Decode, AnySmallerOutputIsAnError) {
+  const std::vector<uint8_t>& s = golden("one-patch").stream;
+  const Call whole(s);
+  for (uint32_t n = 0; n < whole.info.vertex_count; n += n < 64 ? 1 : 61) {
+    Call c(s);
+    c.mesh.vertex_capacity = n;
+    ASSERT_EQ(c.run(), RELIEF_ERROR_OUTPUT) << n;
+  }
+  for (uint32_t n = 1; n < whole.info.triangle_count; n += n < 64 ? 1 : 61) {
+    Call c(s);
+    c.mesh.triangle_capacity = n;
+    ASSERT_EQ(c.run(), RELIEF_ERROR_OUTPUT) << n;
+  }
+  for (size_t n = 1; n < whole.info.workspace_bytes; n += whole.info.workspace_bytes / 50) {
+    Call c(s);
+    c.workspace_size = n;
+    ASSERT_EQ(c.run(), RELIEF_ERROR_WORKSPACE) << n;
+  }
+}
+
+TEST(Decode, DoesNotDependOnWhatTheMemoryHeldBefore) {
+  for (const Golden& g : golden()) {
+    std::string hash;
+    for (int fill : {0, 0xff, 0x7f}) {
+      Call c(g.stream);
+      Decoded d;
+      const relief_status status = c.run([&](Call& call) {
+        std::memset(call.workspace, fill, call.workspace_size);
+        std::memset(call.mesh.positions, fill, 12 * size_t(call.mesh.vertex_capacity));
+        std::memset(call.mesh.normals, fill, 12 * size_t(call.mesh.vertex_capacity));
+        std::memset(call.mesh.indices, fill, 12 * size_t(call.mesh.triangle_capacity));
+        d.status =
+            relief_decode(call.data, call.size, nullptr, &call.mesh, call.workspace, call.workspace_size);
+        d.positions.assign(call.mesh.positions, call.mesh.positions + 3 * size_t(call.mesh.vertex_count));
+        d.normals.assign(call.mesh.normals, call.mesh.normals + 3 * size_t(call.mesh.vertex_count));
+        d.indices.assign(call.mesh.indices, call.mesh.indices + 3 * size_t(call.mesh.triangle_count));
+      });
+      ASSERT_EQ(status, RELIEF_OK);
+      EXPECT_EQ(hash_of(d), g.hash) << g.name << " in memory of " << fill;
+    }
+  }
+}
+
+TEST(Limits, AreRespected) {
+  for (const Golden& g : golden()) {
+    const Decoded d = decode_bytes(g.stream);
+    relief_limits l = {d.info.patch_count, d.info.pixel_count, d.info.vertex_count};
+    l.max_pixels = std::max(l.max_pixels, 64u);
+    EXPECT_EQ(decode_bytes(g.stream, &l).status, RELIEF_OK) << g.name;
+    EXPECT_LE(d.info.workspace_bytes, workspace_bound(l)) << g.name;
+    for (uint32_t relief_limits::*field :
+         {&relief_limits::max_patches, &relief_limits::max_pixels, &relief_limits::max_vertices})
+      for (uint32_t value : {l.*field - 1, l.*field / 2, 0u}) {
+        relief_limits tight = l;
+        tight.*field = value;
+        relief_info info;
+        EXPECT_EQ(relief_inspect(g.stream.data(), g.stream.size(), &tight, &info), RELIEF_ERROR_LIMIT)
+            << g.name;
+        Call c(g.stream);
+        c.limits = &tight;
+        EXPECT_EQ(c.run(), RELIEF_ERROR_LIMIT) << g.name;
+      }
+  }
+  EXPECT_EQ(relief_default_limits.max_patches, 1u << 20);
+  EXPECT_EQ(relief_default_limits.max_pixels, 1u << 28);
+  EXPECT_EQ(relief_default_limits.max_vertices, 1u << 27);
+}
+
+// Every status comes out of the decoder, found without knowing the format: damage a byte and look.
+TEST(Status, EachIsReachableAndHasAText) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  std::map<relief_status, int> seen;
+  for (size_t i = 0; i < 64; i++)
+    for (int flip : {0x01, 0x80, 0xff}) {
+      std::vector<uint8_t> damaged = s;
+      damaged[i] = uint8_t(damaged[i] ^ flip);
+      seen[decode_bytes(damaged, &kSmall).status]++;
+    }
+  for (size_t n : {size_t(0), size_t(10), s.size() / 10}) seen[decode_exactly(s.data(), n).status]++;
+  const relief_limits none = {0, 0, 0};
+  seen[decode_bytes(s, &none).status]++;
+  seen[Call(s).run([](Call& c) { c.data = nullptr; })]++;
+  seen[Call(s).run([](Call& c) { c.workspace_size--; })]++;
+  seen[Call(s).run([](Call& c) { c.mesh.triangle_capacity--; })]++;
+  seen[decode_bytes(s).status]++;
+  std::set<std::string> texts;
+  for (int i = 0; i <= int(RELIEF_ERROR_OUTPUT); i++) {
+    EXPECT_GT(seen[relief_status(i)], 0) << relief_status_text(relief_status(i));
+    texts.insert(relief_status_text(relief_status(i)));
+  }
+  EXPECT_EQ(texts.size(), size_t(RELIEF_ERROR_OUTPUT) + 1) << "two statuses share a text";
+  EXPECT_EQ(texts.count("unknown status"), 0u);
+  EXPECT_STREQ(relief_status_text(relief_status(999)), "unknown status");
+  EXPECT_STREQ(relief_status_text(relief_status(-1)), "unknown status");
+}
+
+TEST(Prefix, EachDecodesOrIsTooShort) {
+  for (const Golden& g : golden()) {
+    const uint32_t masks_end = decode_bytes(g.stream).info.masks_end;
+    for (size_t n = 0; n < g.stream.size(); n++) {
+      const std::vector<uint8_t> prefix(g.stream.begin(), g.stream.begin() + ptrdiff_t(n));
+      const relief_status status =
+          expect_error_or_good_mesh(prefix, g.name + " cut to " + std::to_string(n), g.closed);
+      // a prefix is as good as the stream or too short, never corrupt
+      EXPECT_EQ(status, n < masks_end ? RELIEF_ERROR_TRUNCATED : RELIEF_OK) << g.name << " cut to " << n;
+    }
+  }
+}
+
+// More bytes bring the surface nearer to that of the whole stream.
+TEST(Prefix, ConvergesToTheWhole) {
+  for (const Golden& g : golden()) {
+    const Decoded whole = decode_bytes(g.stream);
+    // the pixels' vertices come first and are the same in number
+    auto distance = [&](size_t bytes) {
+      const Decoded d = decode_exactly(g.stream.data(), bytes);
+      double sum = 0;
+      const size_t n = std::min(d.positions.size(), whole.positions.size());
+      for (size_t i = 0; i < n; i++) sum += std::pow(double(d.positions[i]) - whole.positions[i], 2);
+      return sum;
+    };
+    const size_t begin = whole.info.masks_end, end = g.stream.size();
+    EXPECT_GT(distance(begin), 0) << g.name;
+    EXPECT_LT(distance((begin + end) / 2), 0.5 * distance(begin)) << g.name;
+    EXPECT_LT(distance(end - 8), 0.1 * distance(begin)) << g.name;
+    EXPECT_EQ(distance(end), 0) << g.name;
+  }
+}
+
+TEST(Hostile, BytesAfterTheStreamDoNoHarm) {
+  for (const Golden& g : golden())
+    for (int fill : {0, 1, 0x7f, 0x80, 0xff}) {
+      std::vector<uint8_t> longer = g.stream;
+      longer.insert(longer.end(), 100, uint8_t(fill));
+      expect_error_or_good_mesh(longer, g.name + " and bytes of " + std::to_string(fill));
+    }
+}
+
+// Every place of the header and the begin of the patch table gets extreme values of every kind of field:
+// numbers of one to five bytes at their ends, floats that are none. Knows nothing of where which field is.
+TEST(Hostile, ExtremeValuesInEveryField) {
+  const std::vector<std::vector<uint8_t>> values = {
+      {0},
+      {1},
+      {0x7f},
+      {0xff},
+      {0xff, 0x7f},                    // the same in base 128
+      {0xff, 0xff, 0x03},              // 2^16 - 1
+      {0x80, 0x80, 0x80, 0x80, 0x01},  // 2^28
+      {0xff, 0xff, 0xff, 0xff, 0x0f},  // 2^32 - 1
+      {0xff, 0xff, 0xff, 0xff, 0x7f},  // too much
+      {0xff, 0xff, 0xff, 0xff, 0xff},
+      {0, 0, 0, 0},
+      {0, 0, 0, 0x80},           // -0
+      {1, 0, 0, 0},              // the least denormal float
+      {0, 0, 0x80, 0x00},        // the least normal one
+      {0xff, 0xff, 0x7f, 0x7f},  // the largest
+      {0xff, 0xff, 0x7f, 0xff},
+      {0, 0, 0x80, 0x7f},  // infinity
+      {0, 0, 0x80, 0xff},
+      {0, 0, 0xc0, 0x7f},  // NaN
+      {1, 0, 0x80, 0x7f},  // signalling NaN
+      {0xff, 0xff, 0xff, 0xff},
+      {0, 0, 0x80, 0x3f},  // 1
+  };
+  for (const char* name : {"torus", "one-patch"}) {
+    const std::vector<uint8_t>& s = golden(name).stream;
+    for (size_t at = 0; at < 64; at++)
+      for (size_t v = 0; v < values.size(); v++)
+        for (size_t length = 0; length <= 5; length++) {  // bytes that make room for the value
+          std::vector<uint8_t> damaged(s.begin(), s.begin() + ptrdiff_t(at));
+          damaged.insert(damaged.end(), values[v].begin(), values[v].end());
+          damaged.insert(damaged.end(), s.begin() + ptrdiff_t(at + length), s.end());
+          expect_error_or_good_mesh(damaged, std::string(name) + " at " + std::to_string(at) + ", value " +
+                                                 std::to_string(v) + " for " + std::to_string(length) +
+                                                 " bytes");
+          if (::testing::Test::HasFailure()) return;
+        }
+  }
+}
+
+// Changes 1 to 4 bytes, each to any value.
+std::vector<uint8_t> mutated(const std::vector<uint8_t>& s, std::mt19937& random) {
+  std::vector<uint8_t> m = s;
+  for (uint32_t n = 1 + random() % 4; n > 0; n--) m[random() % m.size()] = uint8_t(random());
+  return m;
+}
+
+// Of 100,000 damaged streams. Two thirds of the changes hit the coefficients if the whole stream is open to
+// them, so half of the rounds keep to header, table and masks.
+void mutate(const char* name, int rounds) {
+  const std::vector<uint8_t>& s = golden(name).stream;
+  const uint32_t masks_end = decode_bytes(s).info.masks_end;
+  std::mt19937 random(12345);
+  std::map<relief_status, int> seen;
+  for (int i = 0; i < rounds; i++) {
+    std::vector<uint8_t> bytes = s;
+    if (i % 2) {
+      const std::vector<uint8_t> head(s.begin(), s.begin() + masks_end);
+      const std::vector<uint8_t> m = mutated(head, random);
+      std::copy(m.begin(), m.end(), bytes.begin());
+    } else {
+      bytes = mutated(s, random);
+    }
+    seen[expect_error_or_good_mesh(bytes, std::string(name) + ", change " + std::to_string(i))]++;
+    if (::testing::Test::HasFailure()) return;
+  }
+  // the test reaches behind the first checks
+  EXPECT_GT(seen[RELIEF_OK], rounds / 20);
+  EXPECT_GT(seen[RELIEF_ERROR_CORRUPT], rounds / 20);
+}
+
+TEST(Hostile, RandomChangesOfOnePatch) { mutate("one-patch", 40000); }
+TEST(Hostile, RandomChangesOfATorus) { mutate("torus", 25000); }
+TEST(Hostile, RandomChangesOfAHemisphere) { mutate("hemisphere", 25000); }
+TEST(Hostile, RandomChangesOfTwoSpheres) { mutate("nested-spheres", 10000); }
+
+TEST(Hostile, RandomBytesAfterTheMasks) {
+  std::mt19937 random(7);
+  for (const Golden& g : golden()) {
+    const uint32_t masks_end = decode_bytes(g.stream).info.masks_end;
+    for (int i = 0; i < 300; i++) {
+      std::vector<uint8_t> bytes = g.stream;
+      for (size_t k = masks_end; k < bytes.size(); k++) bytes[k] = uint8_t(random());
+      const relief_status status =
+          expect_error_or_good_mesh(bytes, g.name + ", noise " + std::to_string(i), g.closed);
+      // whatever the heights are, there is a mesh (an open surface has a list of holes behind, which may be
+      // malformed)
+      if (g.closed) {
+        EXPECT_EQ(status, RELIEF_OK) << g.name << ", noise " << i;
+      }
+    }
+  }
+}
+
+TEST(Hostile, RandomBytes) {
+  std::mt19937 random(99);
+  for (int i = 0; i < 20000; i++) {
+    std::vector<uint8_t> bytes(random() % 200);
+    for (uint8_t& b : bytes) b = uint8_t(random());
+    const std::vector<uint8_t>& s = golden("torus").stream;
+    // with a true beginning of up to the whole header
+    const size_t keep = std::min<size_t>(random() % 48, bytes.size());
+    std::copy(s.begin(), s.begin() + ptrdiff_t(keep), bytes.begin());
+    expect_error_or_good_mesh(bytes, "noise " + std::to_string(i));
+  }
+}
+
+}  // namespace
+}  // namespace relief

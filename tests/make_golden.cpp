@@ -1,0 +1,61 @@
+// make_golden FOLDER: encodes a few shapes and writes the streams and golden.txt. See golden/README.md.
+#include <cstdio>
+#include <fstream>
+
+#include "decoded.h"
+#include "shapes.h"
+
+namespace relief {
+namespace {
+
+struct Shape {
+  const char* name;
+  TriangleMesh mesh;
+  bool closed;
+  size_t components;
+  double error;
+};
+
+std::vector<Shape> golden_shapes() {
+  const TriangleMesh wavy_plate = mapped(make_plate(32, 0.1), [](shapes::Point p) {
+    return shapes::Point{p[0], p[1], p[2] + 0.2 * std::sin(3 * p[0] + 1) * std::cos(2 * p[1])};
+  });
+  return {{"bumpy-sphere", make_bumpy_sphere(4), true, 1, 1.2e-3},
+          {"torus", make_torus(48, 20), true, 1, 2e-3},
+          {"plate", wavy_plate, true, 1, 1e-3},
+          {"hemisphere", make_hemisphere(16, 48), false, 1, 3e-3},
+          {"nested-spheres", make_nested_spheres(3), true, 2, 5e-3},
+          {"one-patch", make_waves(24), false, 1, 3e-3}};
+}
+
+}  // namespace
+}  // namespace relief
+
+int main(int argc, char** argv) {
+  using namespace relief;
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: make_golden FOLDER\n");
+    return 2;
+  }
+  const std::string folder = argv[1];
+  std::ofstream list(folder + "/golden.txt");
+  list << "# name, SHA-256 of the decoded mesh, 1 if the surface is closed, components. Written by "
+          "make_golden.\n";
+  for (const Shape& shape : golden_shapes()) {
+    EncodeOptions options;
+    options.error = shape.error;
+    const std::vector<uint8_t> stream = encode(shape.mesh, options).stream;
+    const Decoded d = decode_exactly(stream.data(), stream.size());
+    const std::string fault =
+        d.status == RELIEF_OK ? fault_of(d, shape.closed) : relief_status_text(d.status);
+    std::printf("%-16s %5zu bytes, %zu before the coefficients, %zu vertices, %zu triangles%s%s\n",
+                shape.name, stream.size(), size_t(d.info.masks_end), d.vertices(), d.triangles(),
+                fault.empty() ? "" : ": ", fault.c_str());
+    if (!fault.empty()) return 1;
+    std::ofstream file(folder + "/" + shape.name + ".relief", std::ios::binary);
+    file.write(reinterpret_cast<const char*>(stream.data()), std::streamsize(stream.size()));
+    list << shape.name << ' ' << hash_of(d) << ' ' << shape.closed << ' ' << shape.components << '\n';
+    if (!file) return 1;
+  }
+  return list ? 0 : 1;
+}
