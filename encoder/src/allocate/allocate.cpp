@@ -40,8 +40,23 @@ ElevationMap crop(const ElevationMap& map) {
   return out;
 }
 
+// What it costs to leave a patch away: its area at the distance of its size.
+double whole_loss(const AllocationInput& in, size_t patch) {
+  Vec3 lo = Vec3::Constant(INFINITY), hi = -lo;
+  double area = 0;
+  for (int f : in.patches[patch].own) {
+    area += in.surface.areas[size_t(f)];
+    for (int v : in.surface.faces[size_t(f)]) {
+      lo = lo.cwiseMin(in.surface.vertices[size_t(v)]);
+      hi = hi.cwiseMax(in.surface.vertices[size_t(v)]);
+    }
+  }
+  return area * (hi - lo).squaredNorm() / 12;
+}
+
 std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patch, int resolution) {
   auto c = std::make_unique<Candidate>();
+  c->distortion.lost = whole_loss(in, patch);
   const double spacing = in.spacing * quarter_power(-resolution);
   FineRaster fine;
   ElevationMap map = sample_patch(in.surface, in.ownership, in.patches, int(patch), spacing, fine);
@@ -91,8 +106,8 @@ const Candidate& Allocator::candidate(size_t patch, int resolution) {
 
 double Allocator::cost(size_t patch, int resolution, double lambda) {
   const Candidate& c = candidate(patch, resolution);
-  if (c.empty()) return INFINITY;
   const Distortion& d = c.distortion;
+  if (c.empty()) return must_live_[patch] ? INFINITY : d.lost;
   CountingCoder coder;
   CoefficientModels models = *models_;
   const double spacing = c.map.spacing;
@@ -100,7 +115,7 @@ double Allocator::cost(size_t patch, int resolution, double lambda) {
   const double quantisation = squared * spacing * spacing * d.facing;
   const double inside = d.squared + quantisation;
   const double gap = d.area > 0 ? kGapFactor * d.gap_area * inside / d.area : 0;
-  return inside + gap + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
+  return inside + gap + d.lost + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
 }
 
 // Contexts as they are after the whole model at the present resolutions.
@@ -147,7 +162,7 @@ Allocator::Choice Allocator::choose(double lambda) {
       best = k, least = c;
       return true;
     };
-    while (std::isinf(least) && best + kStride <= kFinest && must_live_[p]) {
+    while (candidate(p, best).empty() && best + kStride <= kFinest) {
       best += kStride;
       least = cost(p, best, lambda);
     }

@@ -64,6 +64,6 @@ class Allocator {
 };
 
 // RDOQ's exchange rate: squared steps a bit. With it, lambda = kTrade * (step * spacing)^2.
-constexpr double kTrade = 0.1;
+constexpr double kTrade = 0.08;
 
 }  // namespace relief

@@ -1,15 +1,46 @@
 #include "allocate/distortion.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "resample/cells.h"
 
 namespace relief {
+namespace {
+
+// Distance of every pixel to the nearest one of a covered cell, in pixels (two-pass chamfer, 5-7-11 rounded down to 1
+// and 1.4).
+std::vector<float> distance_to_cells(const ElevationMap& map, const std::vector<Cell>& cells) {
+  const int w = int(map.width), h = int(map.height);
+  std::vector<float> d(map.mask.size(), 1e6f);
+  for (int y = 0; y + 1 < h; y++)
+    for (int x = 0; x + 1 < w; x++) {
+      const size_t i = size_t(y) * size_t(w) + size_t(x);
+      if (cells[i] == Cell::kNone) continue;
+      for (size_t j : {i, i + 1, i + size_t(w), i + size_t(w) + 1})
+        if (map.mask[j]) d[j] = 0;
+    }
+  auto relax = [&](int x, int y, int dx, int dy) {
+    if (x + dx < 0 || x + dx >= w || y + dy < 0 || y + dy >= h) return;
+    float& here = d[size_t(y) * size_t(w) + size_t(x)];
+    here = std::min(here, d[size_t(y + dy) * size_t(w) + size_t(x + dx)] + (dx && dy ? 1.4f : 1.0f));
+  };
+  for (int y = 0; y < h; y++)
+    for (int x = 0; x < w; x++)
+      for (auto [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
+  for (int y = h; y-- > 0;)
+    for (int x = w; x-- > 0;)
+      for (auto [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
+  return d;
+}
+
+}  // namespace
 
 Distortion sampling_distortion(const ElevationMap& map, const FineRaster& fine) {
   Distortion d;
   const double fine_spacing = map.spacing / kOversampling, fine_area = fine_spacing * fine_spacing;
   const std::vector<Cell> cells = cells_of(map);
+  const std::vector<float> away = distance_to_cells(map, cells);
   const size_t w = map.width;
   double plane_area = 0;
   each_sample(map, fine, cells, [&](size_t i, const Shares& s, size_t j) {
@@ -22,7 +53,9 @@ Distortion sampling_distortion(const ElevationMap& map, const FineRaster& fine) 
     const double gy = slope(fine.width, j + fine.width < fine.z.size());
     const double cosine = 1 / std::sqrt(1 + gx * gx + gy * gy), area = fine_area / cosine;
     if (!s.covered) {
-      d.gap_area += area;
+      const float far = (away[i] - 1.5f) * float(map.spacing);
+      if (far > 0) d.lost += double(far) * far * area;
+      else d.gap_area += area;
       return;
     }
     const double z = double(s.a) * map.z[i] + double(s.b) * map.z[i + 1] + double(s.c) * map.z[i + w] +

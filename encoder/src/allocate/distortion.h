@@ -7,7 +7,8 @@ namespace relief {
 struct Distortion {
   double squared = 0;   // integral of the squared distance over the covered part, lattice units^4
   double area = 0;      // of the covered part, lattice units^2
-  double gap_area = 0;  // of the part that the patch owns but its cells do not cover
+  double gap_area = 0;  // of the part that the patch owns but its cells do not cover, near them
+  double lost = 0;      // integral of the squared distance over what the patch owns farther away from its cells
   double facing = 1;    // mean cosine between surface and plane over the covered part
 };
 
