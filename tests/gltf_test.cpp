@@ -46,6 +46,12 @@ std::vector<PrimitiveReport> compress(const std::string& in, const std::string& 
   return compress_gltf(in, out, encoder.function());
 }
 
+// For scenes that are valid: Khronos' validator is to find that they still are.
+void keep(const std::string& glb) {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  keep_for_validator(glb, std::string("gltf-") + test->test_suite_name() + "-" + test->name() + ".glb");
+}
+
 TriangleMesh decoded_sphere() { return decode(sphere_stream().data(), sphere_stream().size()); }
 
 void expect_equal(const TriangleMesh& a, const TriangleMesh& b) {
@@ -109,6 +115,7 @@ TEST(StreamScene, HoldsTheStreamAndWhatItDecodesTo) {
 TEST(StreamScene, AccessorsPromiseWhatTheDecoderGives) {
   TemporaryFolder folder;
   write_stream_gltf(folder / "s.glb", sphere_stream());
+  keep(folder / "s.glb");
   TestJson json = read_glb(folder / "s.glb").json;
   relief_info info;
   ASSERT_EQ(relief_inspect(sphere_stream().data(), sphere_stream().size(), nullptr, &info), RELIEF_OK);
@@ -138,6 +145,7 @@ TEST(StreamScene, DecompressesToTheSameMesh) {
     expect_equal(read_gltf_mesh(folder / name), decoded_sphere());
     EXPECT_TRUE(read_streams(folder / name).empty());
   }
+  keep(folder / "plain.glb");
   TestJson json = read_glb(folder / "plain.glb").json;
   EXPECT_FALSE(json.contains("extensionsUsed"));
   EXPECT_FALSE(json.contains("extensionsRequired"));
@@ -150,6 +158,7 @@ TEST(MeshScene, RoundTripsWithColours) {
   TriangleMesh torus = make_torus(12, 8);
   std::vector<std::array<uint8_t, 4>> colors(torus.positions.size(), {1, 2, 3, 255});
   write_mesh_gltf(folder / "m.glb", torus, colors);
+  keep(folder / "m.glb");
   expect_equal(read_gltf_mesh(folder / "m.glb"), torus);
   TestJson json = read_glb(folder / "m.glb").json;
   EXPECT_TRUE(json["meshes"][0]["primitives"][0]["attributes"].contains("COLOR_0"));
@@ -205,6 +214,7 @@ TEST(Compress, KeepsTheRestOfTheScene) {
   std::string in = scene.save(folder / "in.glb"), out = folder / "out.glb";
   auto reports = compress(in, out);
   ASSERT_EQ(reports.size(), 2u);
+  keep(out);
   EXPECT_FALSE(reports[0].compressed);
   EXPECT_NE(reports[0].reason.find("TEXCOORD_0"), std::string::npos);
   EXPECT_TRUE(reports[1].compressed);
@@ -257,6 +267,7 @@ TEST(Compress, DecompressingKeepsTheSceneToo) {
   std::string in = scene.save(folder / "in.glb");
   compress(in, folder / "out.glb");
   EXPECT_EQ(decompress_gltf(folder / "out.glb", folder / "plain.glb"), 1u);
+  keep(folder / "plain.glb");
   Glb before = read_glb(in), after = read_glb(folder / "plain.glb");
   for (const char* key :
        {"asset", "scene", "scenes", "nodes", "materials", "textures", "cameras", "extras", "extensionsUsed"})
@@ -399,6 +410,7 @@ TEST(Compress, GeometryUsedTwiceIsEncodedOnce) {
   EXPECT_EQ(encoder.shares, std::vector<double>{1.0});
   EXPECT_TRUE(reports.at(0).compressed && reports.at(1).compressed);
   Glb after = read_glb(folder / "out.glb");
+  keep(folder / "out.glb");
   EXPECT_EQ(after.json["bufferViews"].size(), 1u);
   EXPECT_EQ(extension_of(after.json, 0, 0), extension_of(after.json, 1, 0));
   EXPECT_EQ(read_streams(folder / "out.glb").size(), 1u);
@@ -417,6 +429,7 @@ TEST(Compress, SharedAccessorsAreNotAltered) {
   auto reports = compress(scene.save(folder / "in.glb"), folder / "out.glb");
   ASSERT_TRUE(reports.at(0).compressed) << reports.at(0).reason;  // the indices alone are worth it
   Glb after = read_glb(folder / "out.glb");
+  keep(folder / "out.glb");
   int old = after.json["meshes"][1]["primitives"][0]["attributes"]["POSITION"].get<int>();
   int fresh = after.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<int>();
   EXPECT_NE(old, fresh);
@@ -481,6 +494,7 @@ TEST(Compress, OneViewForManyPrimitivesShrinks) {
   EXPECT_TRUE(reports.at(0).compressed);
   EXPECT_FALSE(reports.at(1).compressed);
   Glb after = read_glb(folder / "out.glb");
+  keep(folder / "out.glb");
   EXPECT_LE(after.binary.size(),
             sphere_stream().size() + cube.positions.size() * 12 + cube.triangles.size() * 12 + 12);
   TriangleMesh expected = joined(decoded_sphere(), cube);
@@ -508,6 +522,7 @@ TEST(Compress, InterleavedVerticesAreReadAndReplaced) {
   ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
   EXPECT_EQ(mesh.normals[5], (std::array<float, 3>{0, 0, 1}));
   EXPECT_TRUE(compress(in, folder / "out.glb").at(0).compressed);
+  keep(folder / "out.glb");
   EXPECT_EQ(read_glb(folder / "out.glb").binary.size(), (sphere_stream().size() + 3) / 4 * 4);
 }
 
@@ -537,6 +552,7 @@ TEST(Compress, PrimitivesApartAreCompressedWithTheirShares) {
   EXPECT_TRUE(reports.at(0).compressed);
   EXPECT_TRUE(reports.at(1).compressed) << reports.at(1).reason;
   ASSERT_EQ(encoder.shares.size(), 2u);
+  keep(folder / "out.glb");
   EXPECT_DOUBLE_EQ(encoder.shares[0], 2562.0 / (2562 + 642));
   EXPECT_DOUBLE_EQ(encoder.shares[0] + encoder.shares[1], 1);
 }

@@ -77,7 +77,9 @@ void print_text(const Arguments& arguments, const SurfaceError& e, const std::ve
 int run_compare(const Arguments& arguments) {
   if (!arguments.heatmap.empty()) check_output(arguments.heatmap, {".glb", ".gltf"});
   TriangleMesh a = load_mesh(arguments.a), b = load_mesh(arguments.b);
-  SurfaceError error = about(arguments.a, [&] { return ErrorMeter(a, arguments.samples).measure(b); });
+  std::unique_ptr<ErrorMeter> meter =
+      about(arguments.a, [&] { return std::make_unique<ErrorMeter>(a, arguments.samples); });
+  SurfaceError error = about(arguments.b, [&] { return meter->measure(b); });
   if (!(error.diagonal > 0)) throw FileError(arguments.a, "has no extent");
   std::vector<Row> table = rows(a, topology(a, !arguments.by_index), b, topology(b, !arguments.by_index));
   if (!arguments.heatmap.empty()) {
