@@ -120,6 +120,13 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
+// Whether the list of holes has its end: a prefix may stop inside of it, and is then one without a list.
+bool is_complete(const uint8_t* list, const uint8_t* end) {
+  for (uint32_t difference = 1; difference;)
+    if (!read_varint(list, end, difference)) return list != end;  // malformed: close_gaps says so
+  return true;
+}
+
 // Lattice to model coordinates.
 void place(const StreamHeader& h, MeshWriter& mesh) {
   for (uint32_t i = 0; i < mesh.vertex_count; i++)
@@ -159,7 +166,7 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
     const float s = spacing_of(h.spacing, w.patches[i]);
     if (s > spacing) spacing = s;
   }
-  const uint8_t* holes = cut || parsed.holes_begin == size ? nullptr : data + parsed.holes_begin;
+  const uint8_t* holes = cut || !is_complete(data + parsed.holes_begin, data + size) ? nullptr : data + parsed.holes_begin;
   const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, holes, data + size, trace};
   status = close_gaps(w.nodes, components, options, mesh, w.gaps);
   if (status != RELIEF_OK) return status;
