@@ -15,7 +15,7 @@ namespace relief {
 namespace {
 
 constexpr size_t kErrorSamples = 300000;
-constexpr int kDiffusionRounds = 40;
+constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;       // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;        // spacing of resolution 0, mean vertex spacings
 constexpr double kHoleDistance = 1.0;   // grid spacings from the surface at which a face is a hole

@@ -10,15 +10,6 @@ namespace {
 constexpr float kNegligible = 1e-4f;
 constexpr int kBand = 12;  // edges from where labels meet; 40 rounds spread a label by about 6
 
-void add(LabelWeights& w, int label, float x) {
-  for (auto& [l, v] : w)
-    if (l == label) {
-      v += x;
-      return;
-    }
-  w.push_back({label, x});
-}
-
 // Vertices of every vertex, as compressed rows.
 struct Neighbours {
   std::vector<int> begin, vertex;
@@ -72,6 +63,23 @@ bool same_label(const Ownership& o, const Neighbours& n, int v) {
 
 }  // namespace
 
+void LabelWeights::add(int label, float weight) {
+  Entry* least = entry_;
+  for (Entry& e : *this) {
+    if (e.first == label) {
+      e.second += weight;
+      return;
+    }
+    if (e.second < least->second) least = &e;
+  }
+  if (count_ < kMost) entry_[count_++] = {label, weight};
+  else if (least->second < weight) *least = {label, weight};
+}
+
+void LabelWeights::drop_below(float weight) {
+  count_ = int(std::remove_if(begin(), end(), [&](const Entry& e) { return e.second < weight; }) - begin());
+}
+
 int Ownership::only_label(const std::array<int, 3>& face) const {
   int label = -1;
   for (int v : face) {
@@ -88,7 +96,7 @@ Ownership diffuse_labels(const Surface& surface, const Partition& partition, int
   const double tiny = surface.total_area / double(surface.faces.size()) * 1e-6;
   for (size_t f = 0; f < surface.faces.size(); f++)
     if (partition.label[f] >= 0)
-      for (int v : surface.faces[f]) add(o.vertex[size_t(v)], partition.label[f], float(surface.areas[f] + tiny));
+      for (int v : surface.faces[f]) o.vertex[size_t(v)].add(partition.label[f], float(surface.areas[f] + tiny));
   for (LabelWeights& w : o.vertex) {
     float sum = 0;
     for (auto& [l, x] : w) sum += x;
@@ -106,13 +114,13 @@ Ownership diffuse_labels(const Surface& surface, const Partition& partition, int
         return;
       }
       w.clear();
-      for (auto& [l, x] : o.vertex[size_t(v)]) w.push_back({l, x * 0.5f});
+      for (auto& [l, x] : o.vertex[size_t(v)]) w.add(l, x * 0.5f);
       const float share = 0.5f / float(n.begin[v + 1] - n.begin[v]);
       for (int k = n.begin[v]; k < n.begin[v + 1]; k++)
-        for (auto& [l, x] : o.vertex[size_t(n.vertex[size_t(k)])]) add(w, l, x * share);
-      w.erase(std::remove_if(w.begin(), w.end(), [](auto& e) { return e.second < kNegligible; }), w.end());
+        for (auto& [l, x] : o.vertex[size_t(n.vertex[size_t(k)])]) w.add(l, x * share);
+      w.drop_below(kNegligible);
     });
-    for (size_t i = 0; i < band.size(); i++) o.vertex[size_t(band[i])].swap(next[i]);
+    for (size_t i = 0; i < band.size(); i++) std::swap(o.vertex[size_t(band[i])], next[i]);
   }
   return o;
 }

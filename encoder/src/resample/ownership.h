@@ -9,7 +9,25 @@
 
 namespace relief {
 
-using LabelWeights = std::vector<std::pair<int, float>>;
+// A few labels with their weights, in place. Beyond kMost the least is dropped.
+class LabelWeights {
+ public:
+  using Entry = std::pair<int, float>;
+  static constexpr int kMost = 6;
+  Entry* begin() { return entry_; }
+  Entry* end() { return entry_ + count_; }
+  const Entry* begin() const { return entry_; }
+  const Entry* end() const { return entry_ + count_; }
+  int size() const { return count_; }
+  const Entry& operator[](int i) const { return entry_[i]; }
+  void clear() { count_ = 0; }
+  void add(int label, float weight);
+  void drop_below(float weight);
+
+ private:
+  int count_ = 0;
+  Entry entry_[kMost];
+};
 
 struct Ownership {
   std::vector<LabelWeights> vertex;  // weights of labels at each vertex, sum 1; empty: no face around has a label
