@@ -78,54 +78,63 @@ inline Decoded decode_exactly(const void* data, size_t size, const relief_limits
 // sorted.
 class DirectedEdges {
  public:
-  explicit DirectedEdges(const std::vector<uint32_t>& indices) {
-    entries_.reserve(indices.size());
+  // indices: all below `vertices`
+  DirectedEdges(const std::vector<uint32_t>& indices, size_t vertices) : begin_(vertices + 1, 0) {
+    entries_.resize(indices.size());
+    for (uint32_t i : indices) begin_[i + 1]++;
+    for (size_t v = 0; v < vertices; v++) begin_[v + 1] += begin_[v];
+    std::vector<size_t> end(begin_);
     for (size_t t = 0; t < indices.size(); t += 3)
       for (size_t k = 0; k < 3; k++)
-        entries_.push_back({indices[t + k], indices[t + (k + 1) % 3], indices[t + (k + 2) % 3]});
-    std::sort(entries_.begin(), entries_.end());
+        entries_[end[indices[t + k]]++] = {indices[t + (k + 1) % 3], indices[t + (k + 2) % 3]};
+    for (size_t v = 0; v < vertices; v++)
+      std::sort(entries_.begin() + ptrdiff_t(begin_[v]), entries_.begin() + ptrdiff_t(begin_[v + 1]));
   }
 
   bool unique() const {
-    for (size_t i = 1; i < entries_.size(); i++)
-      if (entries_[i].from == entries_[i - 1].from && entries_[i].to == entries_[i - 1].to) return false;
+    for (size_t v = 0; v + 1 < begin_.size(); v++)
+      for (size_t i = begin_[v] + 1; i < begin_[v + 1]; i++)
+        if (entries_[i].to == entries_[i - 1].to) return false;
     return true;
   }
 
   size_t open() const {
     size_t n = 0;
-    for (const Entry& e : entries_) n += !find(e.to, e.from);
+    for (uint32_t v = 0; v + 1 < begin_.size(); v++)
+      for (size_t i = begin_[v]; i < begin_[v + 1]; i++) n += !find(entries_[i].to, v);
     return n;
   }
 
-  // Whether the triangles around every vertex follow one another in one fan, closed or open. Needs unique().
+  // Whether every vertex has triangles and they follow one another in one fan, closed or open. Needs
+  // unique().
   bool one_fan_each() const {
-    for (size_t begin = 0, end; begin < entries_.size(); begin = end) {
-      for (end = begin; end < entries_.size() && entries_[end].from == entries_[begin].from;) end++;
-      size_t start = begin, visited = 0;
-      for (size_t i = begin; i < end; i++)
-        if (!find(entries_[i].to, entries_[i].from)) start = i;  // a fan begins at a border
-      const Entry* first = &entries_[start];
+    for (uint32_t v = 0; v + 1 < begin_.size(); v++) {
+      if (begin_[v] == begin_[v + 1]) return false;
+      const Entry* first = &entries_[begin_[v]];
+      for (size_t i = begin_[v]; i < begin_[v + 1]; i++)
+        if (!find(entries_[i].to, v)) first = &entries_[i];  // a fan begins at a border
+      size_t visited = 0;
       const Entry* e = first;
       do {
         visited++;
-        e = find(e->from, e->third);
+        e = find(v, e->third);
       } while (e && e != first);
-      if (visited != end - begin) return false;
+      if (visited != begin_[v + 1] - begin_[v]) return false;
     }
     return true;
   }
 
  private:
   struct Entry {
-    uint32_t from, to, third;
-    bool operator<(const Entry& o) const { return from != o.from ? from < o.from : to < o.to; }
+    uint32_t to, third;
+    bool operator<(const Entry& o) const { return to < o.to; }
   };
   const Entry* find(uint32_t from, uint32_t to) const {
-    const Entry wanted = {from, to, 0};
-    const auto i = std::lower_bound(entries_.begin(), entries_.end(), wanted);
-    return i != entries_.end() && i->from == from && i->to == to ? &*i : nullptr;
+    const Entry *begin = entries_.data() + begin_[from], *end = entries_.data() + begin_[from + 1];
+    const Entry* e = std::lower_bound(begin, end, Entry{to, 0});
+    return e != end && e->to == to ? e : nullptr;
   }
+  std::vector<size_t> begin_;  // of the entries of each vertex
   std::vector<Entry> entries_;
 };
 
@@ -146,9 +155,9 @@ inline std::string fault_of(const Decoded& d, bool closed = false) {
     const uint32_t *v = &d.indices[t], a = v[0], b = v[1], c = v[2];
     if (a == b || b == c || c == a) return "a triangle has a vertex twice";
   }
-  const DirectedEdges edges(d.indices);
+  const DirectedEdges edges(d.indices, d.vertices());
   if (!edges.unique()) return "an edge is used twice in the same direction";
-  if (!edges.one_fan_each()) return "the triangles around a vertex are more than one fan";
+  if (!edges.one_fan_each()) return "the triangles around a vertex are none or more than one fan";
   if (closed && edges.open()) return "the surface is not closed";
   return "";
 }
