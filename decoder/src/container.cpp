@@ -66,7 +66,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
   const size_t left = size - parsed.coefficients_begin;
-  parsed.holes_begin = h.coefficient_bytes <= left ? parsed.coefficients_begin + h.coefficient_bytes : size + 1;
+  parsed.seams_begin = h.coefficient_bytes <= left ? parsed.coefficients_begin + h.coefficient_bytes : size + 1;
   return RELIEF_OK;
 }
 

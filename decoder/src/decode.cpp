@@ -120,10 +120,11 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
-// Whether the list of holes has its end: a prefix may stop inside of it, and is then one without a list.
-bool is_complete(const uint8_t* list, const uint8_t* end) {
-  for (uint32_t difference = 1; difference;)
-    if (!read_varint(list, end, difference)) return list != end;  // malformed: close_gaps says so
+// Whether both lists of the seams are there: a prefix may stop inside of them, and is then one without.
+bool seams_complete(const uint8_t* p, const uint8_t* end) {
+  for (int list = 0; list < 2; list++)
+    for (uint32_t difference = 1; difference;)
+      if (!read_varint(p, end, difference)) return p != end;  // malformed: close_gaps says so
   return true;
 }
 
@@ -152,7 +153,7 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
   status = decode_masks(table, parsed, w);
   if (status != RELIEF_OK) return status;
 
-  const bool cut = parsed.holes_begin > size;
+  const bool cut = parsed.seams_begin > size;
   const size_t coefficients = cut ? size - parsed.coefficients_begin : h.coefficient_bytes;
   RangeDecoder coder(data + parsed.coefficients_begin, coefficients, cut);
   decode_coefficients(coder, parsed, w);
@@ -166,8 +167,9 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
     const float s = spacing_of(h.spacing, w.patches[i]);
     if (s > spacing) spacing = s;
   }
-  const uint8_t* holes = cut || !is_complete(data + parsed.holes_begin, data + size) ? nullptr : data + parsed.holes_begin;
-  const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, holes, data + size, trace};
+  const uint8_t* seams = cut || !seams_complete(data + parsed.seams_begin, data + size) ? nullptr
+                                                                                        : data + parsed.seams_begin;
+  const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, seams, data + size, trace};
   status = close_gaps(w.nodes, components, options, mesh, w.gaps);
   if (status != RELIEF_OK) return status;
   if (out->normals) vertex_normals(mesh, out->normals);

@@ -33,6 +33,18 @@ struct Diagonal {
   uint32_t to, next;
 };
 
+// One of the two lists of the seams.
+struct NumberList {
+  const uint8_t *p, *end;
+  uint32_t next = 0;  // the next number, plus one; 0: no more
+  bool good = true;
+  void advance() {
+    uint32_t d = 0;
+    if (!read_varint(p, end, d)) good = false;
+    next = good && d ? next + d : 0;
+  }
+};
+
 struct Gaps {
   const Nodes& n;
   const GapOptions& options;
@@ -53,9 +65,10 @@ struct Gaps {
   uint32_t* face;  // corners of the face at hand
   uint32_t* self;  // slots whose two sides are in one face
   uint32_t face_count, corner_capacity, mark_count;
+  NumberList seams;
   int64_t work;    // steps of walking left for mending self-crossing faces
 
-  Gaps(const Nodes& nodes, const GapOptions& o, MeshWriter& m) : n(nodes), options(o), mesh(m) {}
+  Gaps(const Nodes& nodes, const GapOptions& o, MeshWriter& m) : n(nodes), options(o), mesh(m), seams{o.seams, o.seams_end} {}
 
   uint32_t find(uint32_t i) const {  // union-find with path halving
     while (group[i] != i) i = group[i] = group[group[i]];
@@ -349,6 +362,25 @@ void link_islands(Gaps& g) {
     if (linked(g, v, u) || (g.nearest[u] == v && u < v)) continue;
     add_link(g, v, u);
   }
+}
+
+// Takes the links out that the stream says are wrong.
+bool drop_links(Gaps& g) {
+  if (GapTrace* t = g.options.trace)
+    for (t->link_count = 0; t->link_count < g.link_count && t->link_count < t->link_capacity; t->link_count++) {
+      const Link& l = g.links[t->link_count];
+      t->links[t->link_count][0] = g.n.vertex[l.a];
+      t->links[t->link_count][1] = g.n.vertex[l.b];
+    }
+  if (!g.options.seams) return true;
+  g.seams.advance();
+  uint32_t kept = 0;
+  for (uint32_t i = 0; i < g.link_count; i++) {
+    if (g.seams.next == i + 1) g.seams.advance();
+    else g.links[kept++] = g.links[i];
+  }
+  g.link_count = kept;
+  return g.seams.good && g.seams.next == 0;
 }
 
 // --- the cyclic order around a node ---
@@ -670,18 +702,6 @@ bool close_face(Gaps& g, uint32_t m) {
   return room && (m == 0 || close_around_middle(g, q, m, false));
 }
 
-// Which faces stay open: the stream's list of differences between their numbers (plus one), ended by zero.
-struct Holes {
-  const uint8_t *p, *end;
-  uint32_t next = 0;
-  bool good = true;
-  void advance() {
-    uint32_t d = 0;
-    if (!read_varint(p, end, d)) good = false;
-    next = good && d ? next + d : 0;
-  }
-};
-
 relief_status close_faces(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
     g.face_of_border[v] = g.diagonals[v] = kNone;
@@ -690,8 +710,8 @@ relief_status close_faces(Gaps& g) {
   }
   for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.slots[s].face = kNone;
   const GapOptions& o = g.options;
-  Holes holes = {o.holes, o.holes_end};
-  if (o.holes) holes.advance();
+  NumberList holes = {g.seams.p, g.seams.end};
+  if (o.seams) holes.advance();
   g.face_count = g.diagonal_count = g.mark_count = 0;
   auto close = [&](Corner start) {
     uint32_t m = 0;
@@ -704,8 +724,8 @@ relief_status close_faces(Gaps& g) {
     } while (c != start);
     g.face_count++;
     if (o.trace && o.trace->count < o.trace->capacity) o.trace->first_triangle[o.trace->count++] = g.mesh.triangle_count;
-    bool open = !o.closed && !o.holes && m > kBigFace;
-    if (!o.closed && o.holes && holes.next == g.face_count) {
+    bool open = !o.closed && !o.seams && m > kBigFace;
+    if (!o.closed && o.seams && holes.next == g.face_count) {
       open = true;
       holes.advance();
     }
@@ -757,6 +777,7 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   compact_links(g);
   build_slots(g);
   link_islands(g);
+  if (!drop_links(g)) return RELIEF_ERROR_CORRUPT;
   build_slots(g);
   sort_slots(g);
   mend_faces(g);

@@ -121,12 +121,12 @@ Trial try_lambda(const Job& m, double lambda, Stopwatch& watch) {
   trial.stream = assemble(parts, counts, {});
   watch.lap("code");
   DecodedMesh decoded = decode_with_faces(trial.stream);
-  std::vector<uint32_t> holes;
-  if (!m.closed) holes = find_holes(decoded, m.surface, distance_to(m), kHoleDistance * spacing);
-  if (!holes.empty()) decoded = decode_with_faces(assemble(parts, counts, holes));
+  Seams seams;
+  if (!m.closed) seams.holes = find_holes(decoded, m.surface, distance_to(m), kHoleDistance * spacing);
+  if (!seams.holes.empty()) decoded = decode_with_faces(assemble(parts, counts, seams));
   counts.vertices = uint32_t(decoded.positions.size());
   counts.triangles = uint32_t(decoded.triangles.size());
-  trial.stream = assemble(parts, counts, holes);
+  trial.stream = assemble(parts, counts, seams);
   watch.lap("decode");
   TriangleMesh result;
   result.positions = std::move(decoded.positions);

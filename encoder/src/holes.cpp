@@ -19,7 +19,9 @@ DecodedMesh decode_with_faces(const std::vector<uint8_t>& stream) {
       uint8_t bytes[16];
     };
     std::vector<Block> workspace(info.workspace_bytes / 16 + 1);
-    GapTrace trace = {mesh.first_triangle.data(), uint32_t(mesh.first_triangle.size()), 0};
+    mesh.links.resize(info.vertex_capacity);
+    GapTrace trace = {mesh.first_triangle.data(), uint32_t(mesh.first_triangle.size()), 0,
+                      reinterpret_cast<uint32_t(*)[2]>(mesh.links.data()), uint32_t(mesh.links.size()), 0};
     relief_mesh out = {};
     out.positions = mesh.positions[0].data();
     out.indices = mesh.triangles[0].data();
@@ -30,6 +32,7 @@ DecodedMesh decode_with_faces(const std::vector<uint8_t>& stream) {
     mesh.positions.resize(out.vertex_count);
     mesh.triangles.resize(out.triangle_count);
     mesh.first_triangle.resize(trace.count);
+    mesh.links.resize(trace.link_count);
   }
   if (status != RELIEF_OK)
     throw std::logic_error(std::string("the decoder refuses the encoder's stream: ") + relief_status_text(status));

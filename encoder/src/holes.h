@@ -13,6 +13,7 @@ struct DecodedMesh {
   std::vector<std::array<float, 3>> positions;       // model units
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<uint32_t> first_triangle;              // of each face between patches
+  std::vector<std::array<uint32_t, 2>> links;        // vertices that the decoder took for partners
 };
 
 // Throws std::logic_error if the decoder refuses the encoder's own stream.

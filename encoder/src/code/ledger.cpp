@@ -88,7 +88,7 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
   std::vector<PatchHeader> patches(h.patch_count);
   RangeDecoder table(stream.data() + parsed.table_begin, h.table_bytes, false);
   check(parse_table(table, limits, parsed, patches.data()));
-  if (parsed.holes_begin > stream.size()) throw InputError("the stream is not whole");
+  if (parsed.seams_begin > stream.size()) throw InputError("the stream is not whole");
 
   Ledger ledger;
   CountingDecoder masks(table);

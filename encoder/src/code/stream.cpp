@@ -107,8 +107,7 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
   return parts;
 }
 
-std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts,
-                              const std::vector<uint32_t>& holes) {
+std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams) {
   const StreamPlacement& s = parts.placement;
   std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION, uint8_t(s.closed ? kFlagClosed : 0)};
   for (float o : s.origin) put_float(out, o);
@@ -120,9 +119,10 @@ std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& coun
     put_varint(out, c);
   out.insert(out.end(), parts.table.begin(), parts.table.end());
   out.insert(out.end(), parts.coefficients.begin(), parts.coefficients.end());
-  if (!s.closed) {
+  if (s.closed && seams.dropped_links.empty()) return out;
+  for (const std::vector<uint32_t>* list : {&seams.dropped_links, &seams.holes}) {
     uint32_t last = 0;
-    for (uint32_t h : holes) put_varint(out, h + 1 - last), last = h + 1;
+    for (uint32_t n : *list) put_varint(out, n + 1 - last), last = n + 1;
     put_varint(out, 0);
   }
   return out;

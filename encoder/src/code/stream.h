@@ -38,8 +38,13 @@ struct StreamParts {
 
 StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement);
 
-// holes: the numbers of the faces between patches that stay open, ascending.
-std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const std::vector<uint32_t>& holes);
+// What only the decoder's result can tell: numbers in ascending order.
+struct Seams {
+  std::vector<uint32_t> dropped_links;  // links between patches that are wrong
+  std::vector<uint32_t> holes;          // faces between patches that stay open
+};
+
+std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams);
 
 // Border vertices of a clean mask, as the decoder counts them: pixels with an uncovered cell beside them.
 uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t height);
