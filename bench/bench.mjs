@@ -37,10 +37,11 @@ async function measureModel(file) {
 
 const git = (...args) => execFileSync('git', args, { cwd: root, encoding: 'utf8' }).trim();
 const changed = git('status', '--porcelain', '--untracked-files=no', '--', 'decoder', 'encoder') !== '';
+const commit = git('rev-parse', '--short=12', 'HEAD') + (changed ? ' with uncommitted changes' : '');  // what was built
 const models = [];
 for (const file of files) models.push(await measureModel(file));
 const results = {
-  commit: git('rev-parse', '--short=12', 'HEAD') + (changed ? ' with uncommitted changes' : ''),
+  commit,
   date: new Date().toISOString().slice(0, 10),
   machine: `${os.cpus()[0].model}, ${os.cpus().length} cores`,
   models,

@@ -32,7 +32,7 @@ export function encode(ply, stream, error) {
 // Calls `record` with { peer, settings, bytes, file } for every setting; `file` is the decoded mesh, removed afterwards.
 
 export function relief({ ply, folder, quick }, record) {
-  for (const error of quick ? [4e-4, 1e-4] : [6e-4, 4e-4, 2e-4, 1e-4, 0.5e-4, 0.3e-4]) {
+  for (const error of quick ? [4e-4, 1e-4] : [6e-4, 4e-4, 2e-4, 1e-4, 0.5e-4, 0.25e-4]) {
     const stream = path.join(folder, `relief-${error}.relief`), file = path.join(folder, 'relief.ply');
     const begin = performance.now();
     encode(ply, stream, error);
