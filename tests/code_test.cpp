@@ -1,0 +1,783 @@
+// The coding parts: what the encoder writes the decoder reads, and how well.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <random>
+
+#include "code/forward_wavelet.h"
+#include "code/ledger.h"
+#include "code/quantise.h"
+#include "code/range_encoder.h"
+#include "code/stream.h"
+#include "coefficients.h"
+#include "container.h"
+#include "decoded.h"
+#include "golden.h"
+#include "mask.h"
+#include "patch_table.h"
+#include "resample/elevation_map.h"
+
+namespace relief {
+namespace {
+
+using Random = std::mt19937;
+
+double uniform(Random& random) { return double(random()) / 4294967296.0; }
+
+// --- the range coder ---
+
+struct Decision {
+  int bit;
+  uint32_t p16;
+};
+
+std::vector<uint8_t> encode_decisions(const std::vector<Decision>& decisions) {
+  RangeEncoder coder;
+  for (const Decision& d : decisions) coder.code(d.bit, d.p16);
+  return coder.finish();
+}
+
+void expect_decoded(const std::vector<uint8_t>& bytes, const std::vector<Decision>& decisions) {
+  const HeapBlock exact(bytes.data(), bytes.size());
+  RangeDecoder decoder(exact.data(), exact.size(), false);
+  for (size_t i = 0; i < decisions.size(); i++)
+    ASSERT_EQ(decoder.code(0, decisions[i].p16), decisions[i].bit)
+        << "decision " << i << " of " << decisions.size();
+  EXPECT_FALSE(decoder.exhausted());
+}
+
+double bits_of(const std::vector<Decision>& decisions) {
+  double bits = 0;
+  for (const Decision& d : decisions) bits -= std::log2((d.bit ? d.p16 : 65536 - d.p16) / 65536.0);
+  return bits;
+}
+
+TEST(RangeCoder, RandomDecisions) {
+  Random random(1);
+  for (int round = 0; round < 300; round++) {
+    std::vector<Decision> decisions(random() % 3000);
+    for (Decision& d : decisions) {
+      d.p16 = 32 + random() % (65504 - 32 + 1);
+      if (random() % 4 == 0) d.p16 = random() % 2 ? 32 : 65504;  // the ends that model_p16 allows
+      d.bit = round % 3 == 0 ? int(random() & 1) : uniform(random) * 65536 < d.p16;
+    }
+    const std::vector<uint8_t> bytes = encode_decisions(decisions);
+    expect_decoded(bytes, decisions);
+    EXPECT_LE(double(bytes.size()), bits_of(decisions) / 8 * 1.001 + 2) << "decisions " << decisions.size();
+  }
+}
+
+// The least likely decision every time, and the most likely ones, which let the low end creep up to a long
+// carry.
+TEST(RangeCoder, ExtremeDecisions) {
+  for (uint32_t p16 : {1u, 32u, 32768u, 65504u, 65535u})
+    for (int bit : {0, 1}) {
+      const std::vector<Decision> same(5000, Decision{bit, p16});
+      expect_decoded(encode_decisions(same), same);
+    }
+}
+
+// A number whose bytes stay 0xff (0x00) for long is come back to by the decisions that a decoder reads from
+// it: the encoder must hold 100 bytes back until it knows whether a carry runs through them.
+TEST(RangeCoder, CarriesThroughManyBytes) {
+  for (uint8_t fill : {0xff, 0x00})
+    for (uint32_t seed = 0; seed < 20; seed++) {
+      std::vector<uint8_t> number(200, fill);
+      number[0] = fill ? 0x7f : 0x80;
+      number[100] = 0x55;  // else the shorter 0x80 may do for 0x7fff..
+      RangeDecoder steer(number.data(), number.size(), false);
+      Random random(seed);
+      std::vector<Decision> decisions;
+      for (int i = 0; i < 1200; i++) {
+        const uint32_t p16 = uint32_t(1000 + random() % 60000);
+        decisions.push_back({steer.code(0, p16), p16});
+      }
+      const std::vector<uint8_t> bytes = encode_decisions(decisions);
+      expect_decoded(bytes, decisions);
+      ASSERT_GT(bytes.size(), 100u);
+      for (size_t i = 0; i < 100; i++) ASSERT_EQ(bytes[i], number[i]) << i;
+    }
+}
+
+// The end of the bytes is the shortest number in the last interval, even if a carry then runs through all of
+// them.
+TEST(RangeCoder, EndsWithTheShortestNumber) {
+  std::vector<Decision> decisions = {{1, 32768}};  // the lower half, then always its upper end
+  for (int i = 0; i < 1000; i++) decisions.push_back({0, 32768});
+  const std::vector<uint8_t> bytes = encode_decisions(decisions);
+  expect_decoded(bytes, decisions);
+  EXPECT_LE(double(bytes.size()), bits_of(decisions) / 8 + 1);
+}
+
+TEST(RangeCoder, DropsTrailingZeros) {
+  Random random(4);
+  for (int round = 0; round < 2000; round++) {
+    std::vector<Decision> decisions(1 + random() % 40);
+    for (Decision& d : decisions) d = {int(random() & 1), uint32_t(32 + random() % 65000)};
+    const std::vector<uint8_t> bytes = encode_decisions(decisions);
+    if (!bytes.empty()) {
+      EXPECT_NE(bytes.back(), 0);
+    }
+    expect_decoded(bytes, decisions);
+  }
+  EXPECT_TRUE(encode_decisions({}).empty());
+}
+
+TEST(RangeCoder, TellsWhenACutStreamEnds) {
+  Random random(5);
+  std::vector<Decision> decisions(4000);
+  for (Decision& d : decisions) d = {int(random() & 1), 32768};
+  const std::vector<uint8_t> bytes = encode_decisions(decisions);
+  for (size_t n : {size_t(0), size_t(1), size_t(100), bytes.size() - 5}) {
+    RangeDecoder decoder(bytes.data(), n, true);
+    size_t good = 0;
+    while (!decoder.exhausted()) {
+      if (decoder.code(0, 32768) != decisions[good].bit) break;
+      good++;
+    }
+    // every bit up to there is right, and there are about 8 a byte of them
+    EXPECT_TRUE(decoder.exhausted());
+    EXPECT_GE(good + 40, 8 * n);
+    EXPECT_LE(good, 8 * n + 8);
+  }
+}
+
+TEST(RangeCoder, CountingCoderCountsWhatTheEncoderWrites) {
+  Random random(6);
+  RangeEncoder encoder;
+  CountingCoder counting;
+  for (int i = 0; i < 200000; i++) {
+    const uint32_t p16 = 32 + random() % 65473;
+    const int bit = uniform(random) * 65536 < p16;
+    encoder.code(bit, p16);
+    counting.code(bit, p16);
+  }
+  const double bits = 8.0 * double(encoder.finish().size());
+  EXPECT_NEAR(counting.bits(), bits, 0.002 * bits);
+}
+
+// --- numbers ---
+
+TEST(Golomb, RoundTrip) {
+  Random random(7);
+  std::vector<uint32_t> values;
+  for (uint32_t k = 0; k < 20; k++)
+    for (uint32_t v : {(1u << k) - 2, (1u << k) - 1, 1u << k, (1u << k) + 1}) values.push_back(v);
+  values.push_back((1u << 20) - 1);
+  values.push_back((1u << 20));
+  for (int i = 0; i < 5000; i++) values.push_back(random() >> (12 + random() % 20));
+  std::erase_if(values, [](uint32_t v) { return v > (1u << 21) - 2; });
+  std::vector<Model> models(kGolombModels, kModelInit);
+  RangeEncoder encoder;
+  for (uint32_t v : values) EXPECT_EQ(code_golomb(encoder, models.data(), v), v);
+  const std::vector<uint8_t> bytes = encoder.finish();
+  models.assign(kGolombModels, kModelInit);
+  RangeDecoder decoder(bytes.data(), bytes.size(), false);
+  for (uint32_t v : values) ASSERT_EQ(code_golomb(decoder, models.data(), 0), v);
+}
+
+TEST(Golomb, SignedRoundTrip) {
+  std::vector<int32_t> values = {0, 1, -1, 2, -2, 1000, -1000, 500000, -500000};
+  for (int32_t i = -2000; i < 2000; i++) values.push_back(i * 7);
+  std::vector<Model> models(kGolombModels, kModelInit);
+  RangeEncoder encoder;
+  for (int32_t v : values) EXPECT_EQ(code_signed(encoder, models.data(), v), v);
+  const std::vector<uint8_t> bytes = encoder.finish();
+  models.assign(kGolombModels, kModelInit);
+  RangeDecoder decoder(bytes.data(), bytes.size(), false);
+  for (int32_t v : values) ASSERT_EQ(code_signed(decoder, models.data(), 0), v);
+}
+
+TEST(Models, LearnTheFrequency) {
+  Random random(8);
+  for (double p : {0.02, 0.3, 0.5, 0.9}) {
+    Model m = kModelInit;
+    double mean = 0;
+    for (int i = 0; i < 20000; i++) {
+      model_update<kCoefficientLimit>(m, uniform(random) < p);
+      if (i >= 10000) mean += model_p16(m) / 65536.0 / 10000;
+    }
+    EXPECT_NEAR(mean, p, 0.01);
+  }
+  Model m = kModelInit;
+  for (int bit : {0, 1})
+    for (int i = 0; i < 100000; i++) {
+      model_update<kMaskLimit>(m, bit);
+      ASSERT_GE(model_p16(m), 32u);
+      ASSERT_LE(model_p16(m), 65504u);
+    }
+}
+
+// --- the patch table ---
+
+PatchHeader random_patch(Random& random) {
+  const int32_t mid = (1 << (kNormalBits - 1)) - 1;
+  auto between = [&](int32_t lo, int32_t hi) { return lo + int32_t(random() % uint32_t(hi - lo + 1)); };
+  PatchHeader p;
+  p.width = uint32_t(between(1, random() % 2 ? 40 : int32_t(kMaxSide)));
+  p.height = uint32_t(between(1, random() % 2 ? 40 : int32_t(kMaxSide)));
+  p.x0 = between(-50000, 50000), p.y0 = between(-300, 300), p.z0 = between(-500000, 500000);
+  p.u = between(-mid, mid), p.v = between(-mid, mid);
+  p.spacing_index = between(0, kMaxSpacingIndex);
+  p.step_index = between(-kMaxStepIndex, kMaxStepIndex);
+  return p;
+}
+
+TEST(PatchTable, RoundTrip) {
+  Random random(9);
+  std::vector<PatchHeader> patches(500);
+  for (PatchHeader& p : patches) p = random_patch(random);
+  RangeEncoder encoder;
+  PatchTableModels models;
+  for (PatchHeader p : patches) EXPECT_TRUE(code_patch(encoder, models, p));
+  const std::vector<uint8_t> bytes = encoder.finish();
+  RangeDecoder decoder(bytes.data(), bytes.size(), false);
+  PatchTableModels again;
+  for (const PatchHeader& p : patches) {
+    PatchHeader q = {};
+    ASSERT_TRUE(code_patch(decoder, again, q));
+    EXPECT_EQ(q.width, p.width);
+    EXPECT_EQ(q.height, p.height);
+    EXPECT_EQ(q.x0, p.x0);
+    EXPECT_EQ(q.y0, p.y0);
+    EXPECT_EQ(q.z0, p.z0);
+    EXPECT_EQ(q.u, p.u);
+    EXPECT_EQ(q.v, p.v);
+    EXPECT_EQ(q.spacing_index, p.spacing_index);
+    EXPECT_EQ(q.step_index, p.step_index);
+  }
+}
+
+TEST(PatchTable, RefusesWhatIsOutOfRange) {
+  auto accepted = [](auto change) {
+    PatchHeader p = {};
+    p.width = p.height = 8;
+    change(p);
+    RangeEncoder encoder;
+    PatchTableModels models;
+    code_patch(encoder, models, p);
+    const std::vector<uint8_t> bytes = encoder.finish();
+    RangeDecoder decoder(bytes.data(), bytes.size(), false);
+    PatchTableModels again;
+    PatchHeader q = {};
+    return code_patch(decoder, again, q);
+  };
+  EXPECT_TRUE(accepted([](PatchHeader&) {}));
+  EXPECT_TRUE(accepted([](PatchHeader& p) { p.width = kMaxSide; }));
+  EXPECT_FALSE(accepted([](PatchHeader& p) { p.width = kMaxSide + 1; }));
+  EXPECT_FALSE(accepted([](PatchHeader& p) { p.height = kMaxSide + 1; }));
+  EXPECT_FALSE(accepted([](PatchHeader& p) { p.spacing_index = kMaxSpacingIndex + 1; }));
+  EXPECT_FALSE(accepted([](PatchHeader& p) { p.step_index = kMaxStepIndex + 1; }));
+  EXPECT_FALSE(accepted([](PatchHeader& p) { p.step_index = -kMaxStepIndex - 1; }));
+  EXPECT_FALSE(accepted([](PatchHeader& p) { p.u = 1 << (kNormalBits - 1); }));
+}
+
+TEST(Frame, IsOrthonormalForEveryNormal) {
+  const int32_t mid = (1 << (kNormalBits - 1)) - 1;
+  double widest = 0;
+  for (int32_t u = -mid; u <= mid; u++)
+    for (int32_t v = -mid; v <= mid; v++) {
+      const Frame f = frame_of(u, v);
+      auto dot = [](const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+      widest = std::max({widest, std::fabs(dot(f.n, f.n) - 1), std::fabs(dot(f.e1, f.e1) - 1),
+                         std::fabs(dot(f.e2, f.e2) - 1), std::fabs(dot(f.n, f.e1)), std::fabs(dot(f.n, f.e2)),
+                         std::fabs(dot(f.e1, f.e2))});
+    }
+  EXPECT_LT(widest, 1e-12);
+}
+
+// --- masks ---
+
+// A blob: a few discs joined and cut.
+std::vector<uint8_t> random_mask(Random& random, uint32_t w, uint32_t h) {
+  std::vector<uint8_t> mask(size_t(w) * h, 0);
+  for (int i = 0; i < 8; i++) {
+    const double cx = uniform(random) * w, cy = uniform(random) * h,
+                 r = uniform(random) * 0.4 * std::max(w, h) + 0.7;
+    for (uint32_t y = 0; y < h; y++)
+      for (uint32_t x = 0; x < w; x++)
+        if (std::hypot(x - cx, y - cy) < r * (i < 5 ? 1 : 0.5)) mask[size_t(y) * w + x] = i < 5;
+  }
+  return mask;
+}
+
+struct Picture {
+  uint32_t w, h;
+  std::vector<uint8_t> mask;
+};
+
+std::vector<Picture> random_pictures(Random& random) {
+  std::vector<Picture> pictures;
+  for (int i = 0; i < 40; i++) {
+    const uint32_t w = 1 + random() % 70, h = 1 + random() % 70;
+    pictures.push_back({w, h, random_mask(random, w, h)});
+  }
+  for (auto [w, h] : {std::pair{1u, 1u}, {1u, 50u}, {50u, 1u}, {2u, 2u}, {3u, 40u}})
+    for (int kind = 0; kind < 3; kind++) {  // full, noise, empty
+      Picture p = {w, h, std::vector<uint8_t>(size_t(w) * h, kind == 0)};
+      if (kind == 1)
+        for (uint8_t& m : p.mask) m = random() & 1;
+      pictures.push_back(p);
+    }
+  return pictures;
+}
+
+// Puts a picture where the templates of code_mask may look around it.
+std::vector<uint8_t> with_margin(const Picture& p) {
+  std::vector<uint8_t> buffer(mask_buffer(p.w, p.h), 0);
+  for (uint32_t y = 0; y < p.h; y++)
+    std::copy_n(p.mask.begin() + ptrdiff_t(size_t(y) * p.w), p.w,
+                buffer.begin() + ptrdiff_t((y + kMaskAbove) * mask_stride(p.w) + kMaskBefore));
+  return buffer;
+}
+
+uint8_t* rows_of(std::vector<uint8_t>& buffer, const Picture& p) {
+  return buffer.data() + kMaskAbove * mask_stride(p.w) + kMaskBefore;
+}
+
+TEST(Mask, RoundTrip) {
+  Random random(10);
+  const std::vector<Picture> pictures = random_pictures(random);
+  auto models = std::make_unique<MaskModels>();
+  models->init();
+  RangeEncoder encoder;
+  for (const Picture& p : pictures) {
+    std::vector<uint8_t> buffer = with_margin(p);
+    code_mask(encoder, *models, rows_of(buffer, p), p.w, p.h, mask_stride(p.w));
+    EXPECT_EQ(buffer, with_margin(p)) << "the encoder changed the mask";
+  }
+  const std::vector<uint8_t> bytes = encoder.finish();
+  RangeDecoder decoder(bytes.data(), bytes.size(), false);
+  models->init();
+  for (const Picture& p : pictures) {
+    std::vector<uint8_t> buffer(mask_buffer(p.w, p.h), 0);
+    code_mask(decoder, *models, rows_of(buffer, p), p.w, p.h, mask_stride(p.w));
+    ASSERT_EQ(buffer, with_margin(p)) << p.w << " x " << p.h;
+  }
+}
+
+// A smooth outline costs few bits a pixel of its length.
+TEST(Mask, SmoothOutlinesAreCheap) {
+  auto models = std::make_unique<MaskModels>();
+  models->init();
+  CountingCoder counting;
+  double outline = 0;
+  for (int i = 0; i < 20; i++) {
+    const double r = 20 + i, a = 1 + 0.05 * i;
+    Picture p = {100, 100, std::vector<uint8_t>(10000, 0)};
+    for (uint32_t y = 0; y < 100; y++)
+      for (uint32_t x = 0; x < 100; x++) p.mask[y * 100 + x] = std::hypot((x - 50.0) / a, (y - 50.0) * a) < r;
+    std::vector<uint8_t> buffer = with_margin(p);
+    code_mask(counting, *models, rows_of(buffer, p), p.w, p.h, mask_stride(p.w));
+    outline += 2 * 3.14159 * r;
+  }
+  EXPECT_LT(counting.bits() / outline, 1.5);
+}
+
+TEST(Mask, LogisticTablesAreInverse) {
+  Logistic logistic;
+  logistic.init();
+  for (int p = 1; p < 4095; p++) {
+    ASSERT_LE(logistic.stretch[p - 1], logistic.stretch[p]);
+    const int back = Logistic::squash(logistic.stretch[p]);
+    EXPECT_LE(std::abs(back - p), 1 + p * (4096 - p) / 4096 / 50) << p;
+  }
+}
+
+// --- the wavelet ---
+
+std::vector<float> random_heights(Random& random, const Picture& p, double amplitude) {
+  std::vector<float> z(p.mask.size());
+  const double a = uniform(random), b = uniform(random), c = uniform(random);
+  for (uint32_t y = 0; y < p.h; y++)
+    for (uint32_t x = 0; x < p.w; x++)
+      z[size_t(y) * p.w + x] = float(
+          amplitude * (std::sin(0.3 * a * x + b) + std::cos(0.2 * y + c * x * 0.1) + 0.5 * uniform(random)));
+  return z;
+}
+
+// Whole numbers come back to within rounding: quantise with a step so fine that the planes' integers hold
+// everything.
+TEST(Wavelet, InverseOfForwardOnAnyMask) {
+  Random random(11);
+  for (const Picture& p : random_pictures(random)) {
+    const double amplitude = 1000;
+    const std::vector<float> z = random_heights(random, p, amplitude);
+    const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
+    const float step = 0.01f;
+    std::vector<int32_t> q(image.pyramid.size, 0);
+    auto fill = [&](const Band& b, float s) {
+      for (uint32_t y = 0; y < b.height; y++)
+        for (uint32_t x = 0; x < b.width; x++) {
+          const size_t i = b.at(x, y);
+          const float v = image.value[i] / s;
+          q[i] = image.mask[i] ? int32_t(std::lround(v + (v > 0.5f    ? 1
+                                                          : v < -0.5f ? -1
+                                                                      : 0) *
+                                                             kReconstructionBias))
+                               : 0;
+        }
+    };
+    fill(image.pyramid.low[kLevels], step);
+    for (int l = 0; l < kLevels; l++)
+      for (int t = 0; t < 3; t++) fill(image.pyramid.high[l][t], step * band_step(l, t));
+    std::vector<float> scratch(wavelet_scratch(p.w, p.h));
+    const float* back = inverse_wavelet(image.pyramid, q.data(), image.mask.data(), step, scratch.data());
+    for (size_t i = 0; i < z.size(); i++)
+      if (p.mask[i]) {
+        ASSERT_NEAR(back[i], z[i], 1e-3 * amplitude)
+            << p.w << " x " << p.h << " at " << i % p.w << ", " << i / p.w;
+      }
+  }
+}
+
+// Every pixel has one coefficient (the transform is critically sampled).
+TEST(Wavelet, AsManyCoefficientsAsPixels) {
+  Random random(12);
+  for (const Picture& p : random_pictures(random)) {
+    const std::vector<float> z(p.mask.size(), 1.0f);
+    const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
+    const Pyramid& y = image.pyramid;
+    auto count = [&](const Band& b) {
+      size_t n = 0;
+      for (uint32_t v = 0; v < b.height; v++)
+        for (uint32_t u = 0; u < b.width; u++) n += image.mask[b.at(u, v)];
+      return n;
+    };
+    size_t coefficients = count(y.low[kLevels]);
+    for (int l = 0; l < kLevels; l++)
+      for (int t = 0; t < 3; t++) coefficients += count(y.high[l][t]);
+    EXPECT_EQ(coefficients, size_t(std::accumulate(p.mask.begin(), p.mask.end(), 0))) << p.w << " x " << p.h;
+  }
+}
+
+// Largest coefficient of the finest high bands.
+double largest_high(const WaveletImage& image, int level) {
+  double most = 0;
+  for (int t = 0; t < 3; t++) {
+    const Band& b = image.pyramid.high[level][t];
+    for (uint32_t y = 0; y < b.height; y++)
+      for (uint32_t x = 0; x < b.width; x++)
+        if (image.mask[b.at(x, y)]) most = std::max(most, double(std::fabs(image.value[b.at(x, y)])));
+  }
+  return most;
+}
+
+// A slope has no detail: with the linear extension that holds at the ends of segments too. (The fourth step
+// mirrors, which bends the low band at the ends, so the coarser levels see a little.) Segments of less than
+// four samples are too short.
+TEST(Wavelet, SlopesHaveNoDetail) {
+  for (auto [w, h] : {std::pair{64u, 64u}, {37u, 53u}, {16u, 9u}}) {
+    Picture p = {w, h, std::vector<uint8_t>(size_t(w) * h, 1)};
+    std::vector<float> z(p.mask.size());
+    for (uint32_t y = 0; y < h; y++)
+      for (uint32_t x = 0; x < w; x++) {
+        // a shape with slanting sides, each row and column of it one segment of at least four samples
+        p.mask[size_t(y) * w + x] = x >= y / 8 && x + y / 8 < w && y >= x / 8;
+        z[size_t(y) * w + x] = 100 + 3.0f * float(x) - 2.0f * float(y);
+      }
+    const WaveletImage image = forward_wavelet(w, h, p.mask.data(), z.data());
+    EXPECT_LT(largest_high(image, 0), 0.35) << w << " x " << h;
+  }
+}
+
+TEST(Wavelet, ConstantsHaveNoDetailOnAnyMask) {
+  Random random(13);
+  for (const Picture& p : random_pictures(random)) {
+    const std::vector<float> z(p.mask.size(), 1000.0f);
+    const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
+    EXPECT_LT(largest_high(image, 0), 1.0) << p.w << " x " << p.h;
+  }
+}
+
+// --- coefficients ---
+
+struct CodedBands {
+  WaveletImage image;
+  std::vector<int32_t> q;
+};
+
+TEST(Coefficients, RoundTrip) {
+  Random random(14);
+  std::vector<CodedBands> all;
+  for (const Picture& p : random_pictures(random)) {
+    CodedBands c;
+    const std::vector<float> z = random_heights(random, p, 200);
+    c.image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
+    c.q.assign(c.image.pyramid.size, 0);
+    all.push_back(std::move(c));
+  }
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  RangeEncoder encoder;
+  const float step = 3;
+  for (CodedBands& c : all) {
+    quantise_low(c.image, step, c.q.data());
+    code_low(encoder, *models, c.image.pyramid, c.q.data(), c.image.mask.data());
+  }
+  for (int l = kLevels - 1; l >= 0; l--)
+    for (CodedBands& c : all)
+      for (int t = 0; t < 3; t++) quantise_band(encoder, *models, c.image, l, t, step, 0.1f, c.q.data());
+  const std::vector<uint8_t> bytes = encoder.finish();
+
+  RangeDecoder decoder(bytes.data(), bytes.size(), false);
+  models->init();
+  std::vector<std::vector<int32_t>> q;
+  for (CodedBands& c : all) {
+    q.emplace_back(c.image.pyramid.size, 0);
+    ASSERT_TRUE(code_low(decoder, *models, c.image.pyramid, q.back().data(), c.image.mask.data()));
+  }
+  for (int l = kLevels - 1; l >= 0; l--)
+    for (size_t i = 0; i < all.size(); i++)
+      for (int t = 0; t < 3; t++) {
+        ASSERT_TRUE(
+            code_band(decoder, *models, all[i].image.pyramid, q[i].data(), all[i].image.mask.data(), l, t));
+      }
+  size_t nonzero = 0;
+  for (size_t i = 0; i < all.size(); i++) {
+    ASSERT_EQ(q[i], all[i].q) << "image " << i;
+    for (int32_t v : q[i]) nonzero += v != 0;
+  }
+  EXPECT_GT(nonzero, 1000u);
+}
+
+// Magnitudes beyond the unary part.
+TEST(Coefficients, LargeOnesRoundTrip) {
+  const Pyramid p = pyramid_of(64, 64);
+  std::vector<uint8_t> mask(p.size, 0);
+  for (uint32_t y = 0; y < 64; y++)
+    for (uint32_t x = 0; x < 64; x++) mask[p.low[0].at(x, y)] = 1;
+  std::vector<uint8_t> scratch(2 * 64 * 64 + 8 * 64 + 64);
+  build_masks(p, mask.data(), scratch.data());
+  Random random(15);
+  std::vector<int32_t> q(p.size, 0);
+  const Band& b = p.high[0][2];
+  for (uint32_t y = 0; y < b.height; y++)
+    for (uint32_t x = 0; x < b.width; x++) {
+      const int32_t v = int32_t(random() >> (13 + random() % 19));
+      q[b.at(x, y)] = random() & 1 ? v : -v;
+    }
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  RangeEncoder encoder;
+  std::vector<int32_t> written = q;
+  code_band(encoder, *models, p, written.data(), mask.data(), 0, 2);
+  EXPECT_EQ(written, q);
+  const std::vector<uint8_t> bytes = encoder.finish();
+  models->init();
+  RangeDecoder decoder(bytes.data(), bytes.size(), false);
+  std::vector<int32_t> read(p.size, 0);
+  ASSERT_TRUE(code_band(decoder, *models, p, read.data(), mask.data(), 0, 2));
+  EXPECT_EQ(read, q);
+}
+
+// What RDOQ is for: with the same trade it beats plain rounding in D + trade * R, on every image.
+TEST(Coefficients, RateDistortionRoundingBeatsRounding) {
+  Random random(16);
+  double rdoq_total = 0, plain_total = 0;
+  for (float trade : {0.05f, 0.1f, 0.2f})
+    for (int round = 0; round < 12; round++) {
+      const uint32_t w = 40 + random() % 80, h = 40 + random() % 80;
+      const Picture p = {w, h, random_mask(random, w, h)};
+      const std::vector<float> z = random_heights(random, p, 30);
+      const WaveletImage image = forward_wavelet(w, h, p.mask.data(), z.data());
+      const float step = 4;
+      auto cost = [&](float used) {
+        auto models = std::make_unique<CoefficientModels>();
+        models->init();
+        CountingCoder coder;
+        std::vector<int32_t> q(image.pyramid.size, 0);
+        double squared = 0;
+        for (int l = kLevels - 1; l >= 0; l--)
+          for (int t = 0; t < 3; t++)
+            squared += quantise_band(coder, *models, image, l, t, step, used, q.data());
+        return squared / (step * step) + trade * coder.bits();
+      };
+      rdoq_total += cost(trade), plain_total += cost(0);
+    }
+  EXPECT_LT(rdoq_total, 0.98 * plain_total);
+}
+
+// The error that quantise_band returns is that of the decoder's values; every band's counts in units of its
+// own step.
+TEST(Coefficients, ReportedErrorIsTheDecodersError) {
+  Random random(17);
+  const Picture p = {60, 60, random_mask(random, 60, 60)};
+  const std::vector<float> z = random_heights(random, p, 50);
+  const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  CountingCoder coder;
+  std::vector<int32_t> q(image.pyramid.size, 0);
+  const float step = 5;
+  for (int l = kLevels - 1; l >= 0; l--)
+    for (int t = 0; t < 3; t++) {
+      const double reported = quantise_band(coder, *models, image, l, t, step, 0.1f, q.data());
+      double squared = 0;
+      const Band& b = image.pyramid.high[l][t];
+      for (uint32_t y = 0; y < b.height; y++)
+        for (uint32_t x = 0; x < b.width; x++) {
+          const size_t i = b.at(x, y);
+          if (image.mask[i])
+            squared +=
+                std::pow((image.value[i] - dequantise(q[i], step * band_step(l, t))) / band_step(l, t), 2);
+        }
+      EXPECT_NEAR(reported, squared, 1e-3 * squared + 1e-6) << l << ", " << t;
+    }
+}
+
+// --- streams ---
+
+// A stream of flat patches with the given masks (clean ones), through the whole encoder's writing.
+struct Built {
+  std::vector<ElevationMap> maps;
+  std::vector<WaveletImage> images;
+  StreamPlacement placement = {{0, 0, 0}, 1e-6f, 1000, 8, 0.1f, false};
+  StreamParts parts;
+};
+
+Built build(std::vector<Picture> pictures, Random& random) {
+  Built b;
+  std::vector<CodedPatch> coded;
+  for (const Picture& p : pictures) {
+    ElevationMap map;
+    map.width = p.w, map.height = p.h;
+    map.mask = p.mask;
+    map.z = random_heights(random, p, 500);
+    drop_unmeshable(map);
+    if (map.pixels >= 3) b.maps.push_back(std::move(map));
+  }
+  for (const ElevationMap& m : b.maps)
+    b.images.push_back(forward_wavelet(m.width, m.height, m.mask.data(), m.z.data()));
+  for (size_t i = 0; i < b.maps.size(); i++)
+    coded.push_back({{b.maps[i].width, b.maps[i].height, int32_t(100 * i), 0, 0, 0, 0, 0, 0},
+                     b.maps[i].mask.data(),
+                     &b.images[i]});
+  b.parts = code_stream(coded, b.placement);
+  return b;
+}
+
+// The number of border vertices is promised by the header and checked by the decoder: CORRUPT if it is off by
+// one.
+TEST(Stream, BoundaryNodesAreThoseOfTheDecoder) {
+  Random random(18);
+  int decoded = 0;
+  for (int round = 0; round < 200; round++) {
+    std::vector<Picture> pictures;
+    const uint32_t w = 2 + random() % 40, h = 2 + random() % 40;
+    if (round % 2) {
+      pictures.push_back({w, h, random_mask(random, w, h)});
+    } else {  // noise, of all densities: every pattern of cells around a pixel
+      Picture p = {w, h, std::vector<uint8_t>(size_t(w) * h)};
+      const double density = 0.3 + 0.7 * uniform(random);
+      for (uint8_t& m : p.mask) m = uniform(random) < density;
+      pictures.push_back(std::move(p));
+    }
+    const Built b = build(pictures, random);
+    if (b.maps.empty()) continue;
+    EXPECT_EQ(b.parts.boundary_nodes,
+              count_boundary_nodes(b.maps[0].mask.data(), b.maps[0].width, b.maps[0].height));
+    for (int off : {0, 1, -1}) {
+      const StreamCounts counts = {b.parts.boundary_nodes + uint32_t(off), 0, 0};
+      const std::vector<uint8_t> stream = assemble(b.parts, counts, {});
+      const Decoded d = decode_exactly(stream.data(), stream.size());
+      ASSERT_EQ(d.status, off ? RELIEF_ERROR_CORRUPT : RELIEF_OK) << "round " << round << ", off by " << off;
+      if (!off) {
+        EXPECT_EQ(fault_of(d), "") << "round " << round;
+        decoded++;
+      }
+    }
+  }
+  EXPECT_GT(decoded, 150);
+}
+
+// Not one of these may be taken: each is a way to ask for too much, or for positions that are not finite.
+TEST(Stream, ExtremeFieldsOfTheHeader) {
+  Random random(19);
+  const Built b = build({{20, 20, std::vector<uint8_t>(400, 1)}}, random);
+  const StreamCounts good = {b.parts.boundary_nodes, 400, 722};
+  auto status = [&](auto change) {
+    StreamParts parts = b.parts;
+    StreamCounts counts = good;
+    change(parts, counts);
+    const std::vector<uint8_t> stream = assemble(parts, counts, {});
+    const Decoded d = decode_exactly(stream.data(), stream.size());
+    EXPECT_EQ(d.status == RELIEF_OK ? fault_of(d) : "", "");
+    return d.inspected;
+  };
+  EXPECT_EQ(status([](StreamParts&, StreamCounts&) {}), RELIEF_OK);
+  const float bad[] = {NAN, INFINITY, -INFINITY, 0.0f, -0.0f, 1e-45f, -1.0f, 3.4e38f, 1e-39f};
+  for (float f : bad) {
+    EXPECT_EQ(status([f](StreamParts& p, StreamCounts&) { p.placement.spacing = f; }), RELIEF_ERROR_CORRUPT)
+        << f;
+    EXPECT_EQ(status([f](StreamParts& p, StreamCounts&) { p.placement.step = f; }), RELIEF_ERROR_CORRUPT)
+        << f;
+    EXPECT_EQ(status([f](StreamParts& p, StreamCounts&) { p.placement.scale = f; }), RELIEF_ERROR_CORRUPT)
+        << f;
+  }
+  for (float f : {NAN, INFINITY, -INFINITY, 3.4e38f, -3.4e38f})
+    for (int k = 0; k < 3; k++)
+      EXPECT_EQ(status([=](StreamParts& p, StreamCounts&) { p.placement.origin[k] = f; }),
+                RELIEF_ERROR_CORRUPT)
+          << f;
+  for (uint32_t n : {0u, 1u << 16, 1u << 20, 1u << 21, 0x7fffffffu, 0xffffffffu}) {
+    EXPECT_NE(status([n](StreamParts& p, StreamCounts&) { p.patches = n; }), RELIEF_OK) << n;
+    EXPECT_NE(status([n](StreamParts& p, StreamCounts&) { p.mask_pixels = n; }), RELIEF_OK) << n;
+  }
+  for (uint32_t n : {1u << 16, 1u << 28, 0x7fffffffu, 0xffffffffu}) {
+    EXPECT_NE(status([n](StreamParts&, StreamCounts& c) { c.boundary_nodes = n; }), RELIEF_OK) << n;
+    EXPECT_NE(status([n](StreamParts&, StreamCounts& c) { c.vertices = n; }), RELIEF_OK) << n;
+    EXPECT_NE(status([n](StreamParts&, StreamCounts& c) { c.triangles = n; }), RELIEF_OK) << n;
+  }
+}
+
+// The largest rectangles that a few bytes can ask for: over the default limits, and refused before they are
+// sized.
+TEST(Stream, HugeRectanglesAreOverTheLimit) {
+  for (uint32_t side : {kMaxSide, kMaxSide / 2 + 1}) {
+    RangeEncoder coder;
+    PatchTableModels models;
+    PatchHeader patch = {};
+    patch.width = patch.height = side;
+    for (int i = 0; i < 4; i++) code_patch(coder, models, patch);
+    StreamParts parts;
+    parts.placement = {{0, 0, 0}, 1e-6f, 1000, 8, 0.1f, true};
+    parts.patches = 4, parts.mask_pixels = 100;
+    parts.table = coder.finish();
+    parts.table.resize(parts.table.size() + 100);
+    const std::vector<uint8_t> stream = assemble(parts, {50, 0, 0}, {});
+    relief_info info;
+    EXPECT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_ERROR_LIMIT) << side;
+  }
+}
+
+TEST(Ledger, AddsUpToTheStream) {
+  for (const Golden& g : read_golden(RELIEF_SOURCE_DIR "/tests/golden")) {
+    const Ledger l = read_ledger(g.stream);
+    EXPECT_EQ(l.header + l.side + l.masks + l.coefficients, g.stream.size()) << g.name;
+    EXPECT_EQ(std::accumulate(l.by_level.begin(), l.by_level.end(), uint64_t(0)), l.coefficients) << g.name;
+    EXPECT_EQ(l.by_level.size(), size_t(kLevels));
+    const Decoded d = decode_exactly(g.stream.data(), g.stream.size());
+    ASSERT_EQ(l.patches.size(), d.info.patch_count) << g.name;
+    uint64_t rectangles = 0, pixels = 0;
+    for (const Ledger::P& p : l.patches) {
+      rectangles += uint64_t(p.width) * p.height, pixels += p.pixels;
+      EXPECT_GT(p.spacing, 0);
+      EXPECT_NEAR(std::hypot(p.normal[0], p.normal[1], p.normal[2]), 1, 1e-9);
+    }
+    EXPECT_EQ(rectangles, d.info.pixel_count) << g.name;
+    EXPECT_LE(pixels, d.vertices()) << g.name;
+  }
+}
+
+TEST(Ledger, RefusesWhatIsNotAWholeStream) {
+  for (const Golden& g : read_golden(RELIEF_SOURCE_DIR "/tests/golden"))
+    for (size_t n = 0; g.closed && n < g.stream.size(); n += 7)
+      EXPECT_THROW(read_ledger({g.stream.begin(), g.stream.begin() + ptrdiff_t(n)}), InputError)
+          << g.name << ", " << n;
+}
+
+}  // namespace
+}  // namespace relief
