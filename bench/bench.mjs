@@ -8,7 +8,7 @@ import { decodeTimes } from './decode_times.mjs';
 import { readPly, root, writePly } from './meshes.mjs';
 import { draco, gltfpack, measure, relief, simplifyDraco } from './peers.mjs';
 import { plot } from './plot.mjs';
-import { report } from './report.mjs';
+import { figures, report } from './report.mjs';
 
 const quick = process.argv.includes('--quick');
 const files = process.argv.slice(2).filter(argument => !argument.startsWith('--'));
@@ -51,4 +51,11 @@ fs.mkdirSync(output, { recursive: true });
 fs.writeFileSync(path.join(output, 'results.json'), JSON.stringify(results, null, 1) + '\n');
 fs.writeFileSync(path.join(output, 'results.md'), report(results));
 for (const { name, points } of models) fs.writeFileSync(path.join(output, `${name}.svg`), plot(name, points));
+if (!quick) {
+  const readme = path.join(root, 'README.md');
+  const [begin, end] = ['<!-- figures: written by bench/run -->\n', '<!-- end of figures -->'];
+  const text = fs.readFileSync(readme, 'utf8');
+  const [before, after] = [text.indexOf(begin) + begin.length, text.indexOf(end)];
+  if (after >= before) fs.writeFileSync(readme, text.slice(0, before) + figures(results) + text.slice(after));
+}
 console.log(`written: ${path.relative(process.cwd(), output)}`);

@@ -19,12 +19,16 @@ export function bytesAt(points, level) {
 
 const table = (head, rows) => [head, head.map((_, i) => (i ? '---:' : ':---')), ...rows].map(row => `| ${row.join(' | ')} |\n`).join('');
 
-function modelReport({ name, vertices, triangles, points, decoding }) {
+function bytesByLevel(points) {
   const peers = [...new Set(points.map(point => point.peer))];
-  const summary = peers.map(peer => [peer, ...LEVELS.map(level => {
+  return table(['E =', ...LEVELS], peers.map(peer => [peer, ...LEVELS.map(level => {
     const bytes = bytesAt(points.filter(point => point.peer === peer), level);
     return bytes === null ? '–' : whole.format(Math.round(bytes));
-  })]);
+  })]));
+}
+
+function modelReport({ name, vertices, triangles, points, decoding }) {
+  const peers = [...new Set(points.map(point => point.peer))];
   const times = Object.entries(decoding.times).map(([who, t]) => [who, t.median.toFixed(1), t.min.toFixed(1), t.max.toFixed(1)]);
   const all = [...points].sort((a, b) => peers.indexOf(a.peer) - peers.indexOf(b.peer) || a.bytes - b.bytes)
     .map(p => [p.peer, `\`${p.settings}\``, whole.format(p.bytes), (8 * p.bytes / vertices).toFixed(3), p.rms.toFixed(3), p.max.toFixed(1)]);
@@ -34,7 +38,7 @@ function modelReport({ name, vertices, triangles, points, decoding }) {
 
 Bytes at E (interpolated between measured points; – where none lie on both sides):
 
-${table(['E =', ...LEVELS], summary)}
+${bytesByLevel(points)}
 Decoding: Relief at E = 1 (${whole.format(decoding.reliefBytes)} bytes, ${whole.format(decoding.vertexCount)} vertices, ${whole.format(decoding.triangleCount)} triangles) and Draco
 \`-cl 10 -qp 12\` (${whole.format(decoding.dracoBytes)} bytes), meshopt on the unsimplified model with 12 bits; one thread, run in turns, milliseconds:
 
@@ -52,4 +56,20 @@ box diagonal, measured by \`relief compare\` on the decoded file. Bytes are thos
 the GLB for gltfpack.
 
 ${models.map(modelReport).join('\n')}`;
+}
+
+// The section of README.md.
+export function figures({ commit, date, machine, models }) {
+  const parts = models.map(({ name, vertices, points, decoding }) => {
+    const ms = who => decoding.times[who].median.toFixed(0);
+    return `**${name}**, ${whole.format(vertices)} vertices: bytes at an error E (symmetric rms, 1e-4 of the bounding box diagonal)
+
+${bytesByLevel(points)}
+Decoding to E = 1 takes ${ms('Relief, native')} ms natively and ${ms('Relief, WebAssembly')} ms in WebAssembly; Draco (\`-cl 10 -qp 12\`, not simplified)
+takes ${ms('Draco, native')} and ${ms('Draco, WebAssembly')} ms, meshopt ${ms('meshopt, WebAssembly')} ms in WebAssembly (one thread, run in turns).
+`;
+  });
+  return `Measured at commit ${commit} on ${date} (${machine}); all points and plots: [bench/results](bench/results/results.md).
+
+${parts.join('\n')}`;
 }
