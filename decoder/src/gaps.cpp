@@ -655,6 +655,28 @@ bool all_distinct(Gaps& g, const uint32_t* q, uint32_t m) {
   return true;
 }
 
+bool add_fan(Gaps& g, uint32_t m, const int64_t middle[3], const uint32_t* rim, uint32_t first) {
+  uint32_t centre;
+  if (!add_vertex(g, middle, centre)) return false;
+  for (uint32_t i = 0; i < m; i++) {
+    const uint32_t j = (i + 1) % m;
+    if (!add_triangle(g, rim ? g.n.vertex[rim[i]] : first + i, rim ? g.n.vertex[rim[j]] : first + j, centre))
+      return false;
+  }
+  return true;
+}
+
+// A corner moved a quarter of the grid's spacing towards the middle of its face.
+void move_inwards(const Gaps& g, uint32_t node, const int64_t middle[3], int64_t out[3]) {
+  int64_t d[3], square = 0;
+  for (int k = 0; k < 3; k++) {
+    d[k] = middle[k] - g.n.position[node][k];
+    square += d[k] * d[k];
+  }
+  const int64_t reach = g.n.spacing[node] / 4, length = root(square) + 1;
+  for (int k = 0; k < 3; k++) out[k] = g.n.position[node][k] + (length > reach ? d[k] * reach / length : d[k]);
+}
+
 // Closes a face around its middle: by a fan, or, where a node comes twice on its rim, by a ring of new vertices (then no
 // edge can come twice) with a fan inside. open: leave the fan away.
 bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
@@ -662,17 +684,11 @@ bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   for (uint32_t i = 0; i < m; i++)
     for (int k = 0; k < 3; k++) middle[k] += g.n.position[q[i]][k];
   for (int64_t& c : middle) c /= m;
-  if (!open && all_distinct(g, q, m)) {
-    uint32_t centre;
-    if (!add_vertex(g, middle, centre)) return false;
-    for (uint32_t i = 0; i < m; i++)
-      if (!add_triangle(g, g.n.vertex[q[i]], g.n.vertex[q[(i + 1) % m]], centre)) return false;
-    return true;
-  }
+  if (!open && all_distinct(g, q, m)) return add_fan(g, m, middle, q, 0);
   const uint32_t first = g.mesh.vertex_count;
   for (uint32_t i = 0; i < m; i++) {
     int64_t p[3];
-    for (int k = 0; k < 3; k++) p[k] = (g.n.position[q[i]][k] + middle[k]) / 2;
+    move_inwards(g, q[i], middle, p);
     uint32_t vertex;
     if (!add_vertex(g, p, vertex)) return false;
   }
@@ -680,9 +696,7 @@ bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
     const uint32_t j = (i + 1) % m, u = g.n.vertex[q[i]], v = g.n.vertex[q[j]];
     if (!add_triangle(g, u, v, first + i) || !add_triangle(g, v, first + j, first + i)) return false;
   }
-  for (uint32_t i = 1; !open && i + 1 < m; i++)
-    if (!add_triangle(g, first, first + i, first + i + 1)) return false;
-  return true;
+  return open || add_fan(g, m, middle, nullptr, first);
 }
 
 // A face that stays open, unless a vertex would get two holes: there a ring of triangles keeps them apart.

@@ -30,7 +30,7 @@ struct GapMemory;
 uint64_t gap_memory_bytes(uint32_t n);
 
 // At most this many vertices and triangles are added for n nodes.
-constexpr uint64_t gap_vertices(uint64_t n) { return 5 * n; }
+constexpr uint64_t gap_vertices(uint64_t n) { return 7 * n; }
 constexpr uint64_t gap_triangles(uint64_t n) { return 15 * n; }
 
 // Adds the triangles to `mesh`. memory: gap_memory_bytes(nodes.count) bytes, aligned to 16.

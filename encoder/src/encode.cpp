@@ -5,9 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "allocate/allocate.h"
-#include "holes.h"
+#include "seams.h"
 #include "measure/surface_error.h"
 #include "partition/partition.h"
 
@@ -18,8 +19,10 @@ constexpr size_t kErrorSamples = 300000;
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;       // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;        // spacing of resolution 0, mean vertex spacings
-constexpr double kHoleDistance = 1.0;   // grid spacings from the surface at which a face is a hole
 constexpr int kMaxTrials = 12;
+constexpr double kNarrowest = 0.01;     // of the bracket, in the logarithm of lambda
+// Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any patch.
+constexpr double kFinestStep = 2, kCoarsestStep = 1 << 16;
 
 class Stopwatch {
  public:
@@ -47,6 +50,7 @@ struct Job {
   const TriangleMesh& mesh;
   const EncodeOptions& options;
   Surface surface;
+  Topology topology;  // of the surface
   Partition partition;
   Ownership ownership;
   std::vector<PatchFaces> patches;
@@ -82,11 +86,20 @@ void report(const EncodeOptions& o, const char* stage, double done) {
   if (o.progress) o.progress(stage, done);
 }
 
+// The topology is that of the surface after repairs, not of the file.
+TriangleMesh as_mesh(const Surface& s) {
+  TriangleMesh mesh;
+  for (const Vec3& v : s.vertices) mesh.positions.push_back({float(v.x()), float(v.y()), float(v.z())});
+  for (const auto& f : s.faces) mesh.triangles.push_back({uint32_t(f[0]), uint32_t(f[1]), uint32_t(f[2])});
+  return mesh;
+}
+
 void prepare(Job& m, Stopwatch& watch) {
   report(m.options, "surface", 0);
   m.surface = build_surface(m.mesh);
   for (const auto& a : m.surface.adjacent) m.closed = m.closed && a[0] >= 0 && a[1] >= 0 && a[2] >= 0;
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
+  m.topology = topology(as_mesh(m.surface));
   watch.lap("surface");
   m.meter = std::make_unique<ErrorMeter>(m.mesh, kErrorSamples);
   watch.lap("measure");
@@ -104,7 +117,8 @@ void prepare(Job& m, Stopwatch& watch) {
   watch.lap("resample");
 }
 
-Trial try_lambda(const Job& m, double lambda, Stopwatch& watch) {
+// thorough: the last word on a stream, see find_seams.
+Trial try_lambda(const Job& m, double lambda, bool thorough, Stopwatch& watch) {
   Trial trial;
   trial.lambda = lambda;
   const Allocator::Choice choice =
@@ -116,21 +130,15 @@ Trial try_lambda(const Job& m, double lambda, Stopwatch& watch) {
   StreamPlacement placement = {{}, float(m.surface.scale), float(spacing), float(step), float(kTrade), m.closed};
   for (int k = 0; k < 3; k++) placement.origin[k] = float(m.surface.origin[k]);
   const StreamParts parts = code_stream(patches, placement);
-  // counts are known after decoding, real holes likewise
-  StreamCounts counts = {parts.boundary_nodes, 0, 0};
-  trial.stream = assemble(parts, counts, {});
   watch.lap("code");
-  DecodedMesh decoded = decode_with_faces(trial.stream);
-  Seams seams;
-  if (!m.closed) seams.holes = find_holes(decoded, m.surface, distance_to(m), kHoleDistance * spacing);
-  if (!seams.holes.empty()) decoded = decode_with_faces(assemble(parts, counts, seams));
-  counts.vertices = uint32_t(decoded.positions.size());
-  counts.triangles = uint32_t(decoded.triangles.size());
-  trial.stream = assemble(parts, counts, seams);
+  DecodedMesh decoded;
+  const SeamsInput input = {m.surface, m.topology, distance_to(m), m.closed, spacing};
+  const Seams seams = find_seams(parts, input, thorough, decoded);
+  const TriangleMesh& result = decoded.mesh;
+  trial.stream = assemble(parts,
+                          {parts.boundary_nodes, uint32_t(result.positions.size()), uint32_t(result.triangles.size())},
+                          seams);
   watch.lap("decode");
-  TriangleMesh result;
-  result.positions = std::move(decoded.positions);
-  result.triangles = std::move(decoded.triangles);
   const SurfaceError e = m.meter->measure(result);
   trial.error = e.rms / e.diagonal;
   watch.lap("measure");
@@ -150,38 +158,52 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
   double guess = m.options.error * kLatticeDiagonal * 4.5 * m.spacing;  // step * spacing for the error
   if (bytes > 0) guess = 1e-4 * kLatticeDiagonal * 4.5 * m.spacing;
   double x = std::log(kTrade * guess * guess);
+  const double least_x = std::log(kTrade) + 2 * std::log(kFinestStep * m.spacing);
+  const double most_x = std::log(kTrade) + 2 * std::log(kCoarsestStep * m.spacing);
+  x = std::clamp(x, least_x, most_x);
   double slope = direction * (bytes > 0 ? 0.5 : 0.3);
   struct Point {
     double x, y;
   };
-  std::vector<Point> inside, outside;  // of the target
-  Trial best, least;
+  std::optional<Point> inside, outside;  // of the target: the bracket
+  Trial best, least;                     // inside and outside, nearest to the target
+  double best_y = -INFINITY, least_y = INFINITY;
   met = false;
-  for (int i = 0; i < kMaxTrials; i++) {
+  bool finished = false;
+  for (int i = 0; i < kMaxTrials && !finished; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
-    Trial t = try_lambda(m, std::exp(x), watch);
-    const double y = excess(t, m.options, bytes);
-    if (getenv("TRACE")) fprintf(stderr, "trial %d x %.4f bytes %zu E %.4f y %.4f\n", i, x, t.stream.size(), t.error*1e4, y);
-    if (y <= 0) {
-      if (inside.empty() || y > inside.back().y) inside.push_back({x, y}), best = std::move(t);
-      met = true;
-      if (y > -tolerance) break;
-    } else {
-      if (outside.empty() || y < outside.back().y) outside.push_back({x, y}), least = std::move(t);
+    Trial t = try_lambda(m, std::exp(x), false, watch);
+    double y = excess(t, m.options, bytes);
+    if (y <= 0 && y > -tolerance) {
+      t = try_lambda(m, std::exp(x), true, watch);
+      y = excess(t, m.options, bytes);
+      finished = y <= 0;
     }
-    if (!inside.empty() && !outside.empty()) {
-      const Point a = inside.back(), b = outside.back();
-      slope = (b.y - a.y) / (b.x - a.x);
-      // aim a little inside of the target
-      x = a.x + (-0.4 * tolerance - a.y) / slope;
-      const double lo = std::min(a.x, b.x), hi = std::max(a.x, b.x);
-      if (!(x > lo + 0.02 * (hi - lo) && x < hi - 0.02 * (hi - lo))) x = 0.5 * (lo + hi);
-      if (hi - lo < 1e-3) break;
+    (y <= 0 ? inside : outside) = Point{x, y};
+    if (y <= 0 && y > best_y) best_y = y, best = std::move(t);
+    else if (y > 0 && y < least_y) least_y = y, least = std::move(t);
+    met = best_y > -INFINITY;
+    if (inside && outside) {
+      const double lo = std::min(inside->x, outside->x), hi = std::max(inside->x, outside->x);
+      if (hi - lo < kNarrowest) break;
+      // aim a little inside of the target, but keep the bracket shrinking
+      slope = (outside->y - inside->y) / (outside->x - inside->x);
+      x = inside->x + (-0.4 * tolerance - inside->y) / slope;
+      x = std::clamp(x, lo + 0.15 * (hi - lo), hi - 0.15 * (hi - lo));
     } else {
-      x += std::clamp((-0.4 * tolerance - y) / slope, -4.0, 4.0);
+      const double next = std::clamp(x + std::clamp((-0.4 * tolerance - y) / slope, -3.0, 3.0), least_x, most_x);
+      if (next == x) break;  // as fine or as coarse as streams get
+      x = next;
     }
   }
-  return met ? best : least;
+  if (finished) return best;
+  // the last word on the seams may move the error a little: step back from the target if so
+  const double step_back[3] = {0, 0.03, 0.1};
+  for (double back : step_back) {
+    Trial last = try_lambda(m, (met ? best.lambda : least.lambda) * std::exp(-direction * back), true, watch);
+    if (!met || excess(last, m.options, bytes) <= 0) return last;
+  }
+  return best;
 }
 
 }  // namespace
@@ -189,12 +211,13 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
 EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
-  Job m = {mesh, options, {}, {}, {}, {}, nullptr, 0, true, nullptr};
+  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, 0, true, nullptr};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
     bytes = options.bits_per_vertex * double(mesh.positions.size()) / 8;
   Trial trial = search(m, bytes, result.target_met, watch);
+  result.target_met = result.target_met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);
   result.error = trial.error;
   result.warnings = m.surface.warnings;

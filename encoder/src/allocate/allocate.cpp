@@ -62,6 +62,7 @@ std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patc
   ElevationMap map = sample_patch(in.surface, in.ownership, in.patches, int(patch), spacing, fine);
   if (map.pixels) clean_mask(map, fine);
   if (map.pixels) cut_cliffs(map, in.patches[patch].frame, in.distance);
+  drop_islands(map);
   if (!map.pixels) return c;
   if (in.fit) fit_elevations(map, fine);
   c->distortion = sampling_distortion(map, fine);
@@ -155,6 +156,10 @@ Allocator::Choice Allocator::choose(double lambda) {
   tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
     int best = start_[p];
     double least = cost(p, best, lambda);
+    while (candidate(p, best).empty() && best + kStride <= kFinest) {
+      best += kStride;
+      least = cost(p, best, lambda);
+    }
     auto better = [&](int k) {
       if (k < coarsest || k > kFinest) return false;
       const double c = cost(p, k, lambda);
@@ -162,13 +167,12 @@ Allocator::Choice Allocator::choose(double lambda) {
       best = k, least = c;
       return true;
     };
-    while (candidate(p, best).empty() && best + kStride <= kFinest) {
-      best += kStride;
-      least = cost(p, best, lambda);
-    }
-    // the curve has one valley: walk down, then look half a stride aside
-    if (better(best - kStride)) while (better(best - kStride)) {}
-    else while (better(best + kStride)) {}
+    // down the valley on both sides, over bumps of one stride, then half a stride aside
+    for (int direction : {-kStride, kStride})
+      for (int k = best, misses = 0; misses < 2;) {
+        k += direction;
+        misses = better(k) ? 0 : misses + 1;
+      }
     if (!better(best - 1)) better(best + 1);
     start_[p] = best;
   });
@@ -176,7 +180,20 @@ Allocator::Choice Allocator::choose(double lambda) {
   choice.step = step_for(lambda, in_.spacing);
   for (size_t p = 0; p < in_.patches.size(); p++)
     choice.resolution.push_back(candidate(p, start_[p]).empty() ? kDropped : start_[p]);
+  keep_one(choice);
   return choice;
+}
+
+// However few bytes are wanted, something of the surface is coded: its largest patch.
+void Allocator::keep_one(Choice& choice) {
+  size_t largest = 0;
+  for (size_t p = 0; p < in_.patches.size(); p++) {
+    if (choice.resolution[p] != kDropped) return;
+    if (in_.patches[p].own.size() > in_.patches[largest].own.size()) largest = p;
+  }
+  int k = start_[largest];
+  while (candidate(largest, k).empty() && k < kFinest) k++;
+  if (!candidate(largest, k).empty()) choice.resolution[largest] = k;
 }
 
 Allocator::Choice Allocator::fixed(double lambda, double mu) {
@@ -204,7 +221,7 @@ std::vector<CodedPatch> Allocator::coded(const Choice& choice, double& spacing, 
   for (int k : choice.resolution)
     if (k != kDropped) coarsest = std::min(coarsest, k);
   spacing = in_.spacing * quarter_power(-coarsest);
-  step = choice.step * quarter_power(coarsest);
+  step = std::clamp(choice.step * quarter_power(coarsest), 1.0 / 32, double(1 << 19));  // the format's range
   std::vector<CodedPatch> coded;
   patch_number.assign(in_.patches.size(), -1);
   for (size_t p = 0; p < in_.patches.size(); p++) {

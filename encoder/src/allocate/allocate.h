@@ -55,6 +55,7 @@ class Allocator {
   double cost(size_t patch, int resolution, double lambda);
   void train(double lambda);
   int coarsest_resolution() const;
+  void keep_one(Choice& choice);
 
   AllocationInput in_;
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;

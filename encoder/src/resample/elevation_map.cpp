@@ -254,6 +254,19 @@ void drop_unmeshable(ElevationMap& map) {
   map.pixels = mask_size(map);
 }
 
+void drop_islands(ElevationMap& map) {
+  constexpr size_t kSpeck = 8;
+  size_t largest = 0;
+  each_area(map, [&](uint8_t value, bool, const std::vector<int>& area) {
+    if (value) largest = std::max(largest, area.size());
+  });
+  each_area(map, [&](uint8_t value, bool, const std::vector<int>& area) {
+    if (!value || area.size() >= kSpeck || area.size() == largest) return;
+    for (int i : area) map.mask[size_t(i)] = 0;
+  });
+  map.pixels = mask_size(map);
+}
+
 void clean_mask(ElevationMap& map, const FineRaster& fine) {
   each_area(map, [&](uint8_t value, bool rim, const std::vector<int>& area) {
     if (value && area.size() < 4) {

@@ -45,6 +45,9 @@ ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
 // and pixels where the border touches itself. New pixels get the elevation of the raster. Updates map.pixels.
 void clean_mask(ElevationMap& map, const FineRaster& fine);
 
+// Drops islands of fewer than 8 pixels beside larger ones: alone they would close to specks.
+void drop_islands(ElevationMap& map);
+
 // Drops pixels in no triangle and pixels where the border touches itself, until there are none.
 void drop_unmeshable(ElevationMap& map);
 
