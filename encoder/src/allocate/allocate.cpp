@@ -14,6 +14,7 @@ namespace {
 
 // Error between patches over error inside, per area: closing gaps costs accuracy (ledger of the design).
 constexpr double kGapFactor = 5;
+constexpr double kBendShare = 0.3;  // triangles over a gap follow part of the bend
 constexpr double kMaskBitsPerNode = 2.6, kTableBits = 64;
 constexpr int kFirstResolution = 14;  // a little coarser than the input's spacing, which is index 16
 constexpr int kFinest = 40, kStride = 2;
@@ -116,7 +117,7 @@ double Allocator::cost(size_t patch, int resolution, double lambda) {
   const double quantisation = squared * spacing * spacing * d.facing;
   const double inside = d.squared + quantisation;
   const double gap = d.area > 0 ? kGapFactor * d.gap_area * inside / d.area : 0;
-  return inside + gap + d.lost + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
+  return inside + gap + kBendShare * d.bend + d.lost + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
 }
 
 // Contexts as they are after the whole model at the present resolutions.

@@ -34,6 +34,19 @@ std::vector<float> distance_to_cells(const ElevationMap& map, const std::vector<
   return d;
 }
 
+// How far the surface bends away from a straight line over a point of a gap: half the second difference over a pixel
+// each way. Where the surface ends or turns out of sight, half a pixel.
+double bend_at(const FineRaster& fine, size_t j, double spacing) {
+  const size_t x = j % fine.width, y = j / fine.width;
+  auto along = [&](size_t position, size_t size, size_t step) {
+    if (position < kOversampling || position + kOversampling >= size) return spacing / 2;
+    const size_t a = j - kOversampling * step, b = j + kOversampling * step;
+    if (!fine.owner[a] || !fine.owner[b]) return spacing / 2;
+    return std::min(spacing / 2, double(std::fabs(fine.z[j] - (fine.z[a] + fine.z[b]) / 2)));
+  };
+  return std::max(along(x, fine.width, 1), along(y, fine.height, fine.width));
+}
+
 }  // namespace
 
 Distortion sampling_distortion(const ElevationMap& map, const FineRaster& fine) {
@@ -54,8 +67,13 @@ Distortion sampling_distortion(const ElevationMap& map, const FineRaster& fine) 
     const double cosine = 1 / std::sqrt(1 + gx * gx + gy * gy), area = fine_area / cosine;
     if (!s.covered) {
       const float far = (away[i] - 1.5f) * float(map.spacing);
-      if (far > 0) d.lost += double(far) * far * area;
-      else d.gap_area += area;
+      if (far > 0) {
+        d.lost += double(far) * far * area;
+      } else {
+        const double bend = bend_at(fine, j, map.spacing) * cosine;
+        d.gap_area += area;
+        d.bend += bend * bend * area;
+      }
       return;
     }
     const double z = double(s.a) * map.z[i] + double(s.b) * map.z[i + 1] + double(s.c) * map.z[i + w] +
