@@ -151,7 +151,7 @@ TEST(RoundTrip, ClosedComesBackClosedManifoldAndTheSame) {
 }
 
 // Coarse patches of two surfaces near one another must not be joined.
-TEST(RoundTrip, DISABLED_NestedSpheresStayApartWhenCoarse) {
+TEST(RoundTrip, NestedSpheresStayApartWhenCoarse) {
   const Trip t = round_trip(make_nested_spheres(4), 3e-3);
   expect_closed_manifold(t);
   expect_same_topology(t);
@@ -261,7 +261,7 @@ TEST(RoundTrip, LabelsAndProgress) {
 
 // --- inputs that are hardly surfaces ---
 
-// The tests called DISABLED_ are right and fail today; run them with --gtest_also_run_disabled_tests.
+// The tests called  are right and fail today; run them with --gtest_also_run_disabled_tests.
 
 // Works, or says in one line why not. Returns whether it worked.
 bool works_or_says_why(const TriangleMesh& mesh, double error, const char* name) {
@@ -309,19 +309,19 @@ TriangleMesh scattered_triangles(int n) {
   return m;
 }
 
-TEST(HardInput, DISABLED_OneTriangle) {
+TEST(HardInput, OneTriangle) {
   EXPECT_TRUE(works_or_says_why(one_triangle(), 1e-2, "one triangle"));
 }
 
-TEST(HardInput, DISABLED_Tetrahedron) { works_or_says_why(tetrahedron(), 1e-2, "tetrahedron"); }
+TEST(HardInput, Tetrahedron) { works_or_says_why(tetrahedron(), 1e-2, "tetrahedron"); }
 
-TEST(HardInput, DISABLED_FlatSquare) {
+TEST(HardInput, FlatSquare) {
   EXPECT_TRUE(works_or_says_why(make_height_field(8, [](double, double) { return 0; }), 5e-3, "flat square"));
 }
 
 TEST(HardInput, ThinPlate) { works_or_says_why(make_plate(16, 0.02), 2e-3, "thin plate"); }
 
-TEST(HardInput, DISABLED_ScatteredTriangles) {
+TEST(HardInput, ScatteredTriangles) {
   works_or_says_why(scattered_triangles(200), 1e-3, "200 triangles apart");
 }
 
@@ -373,7 +373,7 @@ TEST(HardInput, NonManifoldEdges) {
   works_or_says_why(mesh, 2e-3, "non-manifold edges");
 }
 
-TEST(HardInput, DISABLED_NonManifoldVertex) {
+TEST(HardInput, NonManifoldVertex) {
   TriangleMesh mesh = make_height_field(12, [](double x, double y) { return 0.3 * (x * x + y * y); });
   const TriangleMesh other = mapped(mesh, [](shapes::Point p) { return shapes::Point{p[0], p[1], -p[2]}; });
   works_or_says_why(joined(mesh, flipped(other)), 3e-3, "two bowls at one point");
@@ -406,7 +406,7 @@ TEST(HardInput, RefusedWithOneLine) {
   EXPECT_TRUE(refused(mesh)) << "no area";
 }
 
-TEST(HardInput, DISABLED_UnreachableTargets) {
+TEST(HardInput, UnreachableTargets) {
   const TriangleMesh mesh = make_bumpy_sphere(4);
   EncodeOptions options;
   options.bytes = 20;  // less than a header
@@ -448,7 +448,7 @@ void expect_model(const std::string& file, double error, double used) {
 }
 
 TEST(Model, Bunny) { expect_model("scan/bunny.ply", 2e-4, 0); }
-TEST(Model, DISABLED_BunnyUsesTheTarget) { expect_model("scan/bunny.ply", 2e-4, 0.9); }
+TEST(Model, BunnyUsesTheTarget) { expect_model("scan/bunny.ply", 2e-4, 0.9); }
 TEST(Model, Horse) { expect_model("scan/horse.ply", 2e-4, 0.9); }
 
 }  // namespace

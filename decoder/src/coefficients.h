@@ -1,5 +1,5 @@
-// The `subband` coefficient coder: quantised wavelet coefficients band by band, each with one rich context made of its
-// coded neighbours, its parent and the sibling bands. Shared with the encoder.
+// The `subband` coefficient coder: quantised wavelet coefficients band by band, each with one rich context
+// made of its coded neighbours, its parent and the sibling bands. Shared with the encoder.
 #pragma once
 #include "format.h"
 #include "models.h"
@@ -9,7 +9,8 @@ namespace relief {
 constexpr int kActivities = 16;  // classes of the expected magnitude
 constexpr int kUnary = 15;       // magnitudes from here on have an exponential-Golomb tail
 
-// Class of a weighted sum of neighbouring magnitudes: 0 for 0, then about logarithmic to the base 1.45. Part of the format.
+// Class of a weighted sum of neighbouring magnitudes: 0 for 0, then about logarithmic to the base 1.45. Part
+// of the format.
 struct ActivityTable {
   static constexpr int kSize = 256;
   uint8_t value[kSize];
@@ -30,8 +31,10 @@ struct CoefficientModels {
   Model tail[3][kGolombModels];
   Model low_zero[2], low[2][kGolombModels];
   void init() {
-    for (Model* m = &zero[0][0][0][0]; m < &zero[0][0][0][0] + sizeof(zero) / sizeof(Model); m++) *m = kModelInit;
-    for (Model* m = &greater[0][0][0]; m < &greater[0][0][0] + sizeof(greater) / sizeof(Model); m++) *m = kModelInit;
+    for (Model* m = &zero[0][0][0][0]; m < &zero[0][0][0][0] + sizeof(zero) / sizeof(Model); m++)
+      *m = kModelInit;
+    for (Model* m = &greater[0][0][0]; m < &greater[0][0][0] + sizeof(greater) / sizeof(Model); m++)
+      *m = kModelInit;
     for (auto& t : sign)
       for (Model& m : t) m = kModelInit;
     for (auto& t : tail)
@@ -51,23 +54,28 @@ struct Context {
   int sign;
 };
 
-// Gathers the context of the coefficient at (x, y) of band `type` at `level`. q: the patch's planes of quantised
-// coefficients, m: of masks (same layout).
-inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, int level, int type, uint32_t x,
-                          uint32_t y) {
+// Gathers the context of the coefficient at (x, y) of band `type` at `level`. q: the patch's planes of
+// quantised coefficients, m: of masks (same layout).
+inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, int level, int type,
+                          uint32_t x, uint32_t y) {
   const Band& b = p.high[level][type];
   const ptrdiff_t s = b.stride;
   const int32_t* c = q + b.at(x, y);
-  const int32_t W = magnitude(c[-1]), N = magnitude(c[-s]), NW = magnitude(c[-s - 1]), NE = magnitude(c[-s + 1]);
+  const int32_t W = magnitude(c[-1]), N = magnitude(c[-s]), NW = magnitude(c[-s - 1]),
+                NE = magnitude(c[-s + 1]);
   const int32_t WW = magnitude(c[-2]), NN = magnitude(c[-2 * s]);
   int32_t e;
-  if (type == 2) e = 3 * (W + N) + 2 * (NW + NE) + WW + NN;
-  else if (type == 0) e = 4 * N + 2 * W + 2 * (NW + NE) + WW + NN;  // HL: structures run down
-  else e = 4 * W + 2 * N + 2 * (NW + NE) + WW + NN;
+  if (type == 2)
+    e = 3 * (W + N) + 2 * (NW + NE) + WW + NN;
+  else if (type == 0)
+    e = 4 * N + 2 * W + 2 * (NW + NE) + WW + NN;  // HL: structures run down
+  else
+    e = 4 * W + 2 * N + 2 * (NW + NE) + WW + NN;
   e *= 2;
   if (level + 1 < kLevels) {  // the parent in the same band of the next coarser level, and its neighbours
     const Band& up = p.high[level + 1][type];
-    const uint32_t px = x / 2 < up.width ? x / 2 : up.width - 1, py = y / 2 < up.height ? y / 2 : up.height - 1;
+    const uint32_t px = x / 2 < up.width ? x / 2 : up.width - 1,
+                   py = y / 2 < up.height ? y / 2 : up.height - 1;
     if (up.width && up.height) {
       const int32_t* t = q + up.at(px, py);
       const ptrdiff_t ts = up.stride;
@@ -80,7 +88,8 @@ inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, 
     if (x >= sib.width || y >= sib.height) continue;
     const int32_t* t = q + sib.at(x, y);
     const ptrdiff_t ts = sib.stride;
-    siblings += 3 * magnitude(t[0]) + 2 * (magnitude(t[-1]) + magnitude(t[1]) + magnitude(t[-ts]) + magnitude(t[ts]));
+    siblings +=
+        3 * magnitude(t[0]) + 2 * (magnitude(t[-1]) + magnitude(t[1]) + magnitude(t[-ts]) + magnitude(t[ts]));
   }
   e += type == 2 ? siblings / 2 : siblings;
   const uint8_t* k = m + b.at(x, y);
@@ -94,20 +103,23 @@ inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, 
 
 // Codes one coefficient in its context.
 template <class Coder>
-int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type, int32_t v) {
+int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type,
+                         int32_t v) {
   const int32_t mag = magnitude(v);
-  if (!code_bit<kCoefficientLimit>(coder, models.zero[ctx.activity][type][level][ctx.edge], mag > 0)) return 0;
+  if (!code_bit<kCoefficientLimit>(coder, models.zero[ctx.activity][type][level][ctx.edge], mag > 0))
+    return 0;
   const int negative = code_bit<kCoefficientLimit>(coder, models.sign[type][ctx.sign], v < 0);
   int32_t k = 1;
-  while (k < kUnary && code_bit<kCoefficientLimit>(coder, models.greater[ctx.activity][type][k], mag > k)) k++;
+  while (k < kUnary && code_bit<kCoefficientLimit>(coder, models.greater[ctx.activity][type][k], mag > k))
+    k++;
   if (k == kUnary) k += int32_t(code_golomb(coder, models.tail[type], uint32_t(mag - kUnary)));
   return negative ? -k : k;
 }
 
 // Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
 template <class Coder>
-bool code_band(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m, int level,
-               int type) {
+bool code_band(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m,
+               int level, int type) {
   const Band& b = p.high[level][type];
   for (uint32_t y = 0; y < b.height; y++) {
     const size_t row = b.at(0, y);
@@ -126,7 +138,8 @@ bool code_band(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_
   return true;
 }
 
-// The prediction of a coefficient of the coarsest LL from its coded neighbours: a plane where there are three.
+// The prediction of a coefficient of the coarsest LL from its coded neighbours: a plane where there are
+// three.
 inline int32_t predict_low(const int32_t* c, const uint8_t* m, ptrdiff_t s) {
   const bool W = m[-1], N = m[-s], NW = m[-s - 1];
   if (W && N) return NW ? (3 * (c[-1] + c[-s]) - 2 * c[-s - 1]) / 4 : (c[-1] + c[-s]) / 2;

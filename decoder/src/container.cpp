@@ -47,7 +47,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   h.spacing = read_float(p + 21);
   h.step = read_float(p + 25);
   p += kFixed;
-  uint32_t* const counts[] = {&h.patch_count,  &h.mask_pixels, &h.boundary_nodes,   &h.vertex_count,
+  uint32_t* const counts[] = {&h.patch_count,    &h.mask_pixels, &h.boundary_nodes,   &h.vertex_count,
                               &h.triangle_count, &h.table_bytes, &h.coefficient_bytes};
   for (uint32_t* c : counts)
     if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
@@ -66,11 +66,13 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
   const size_t left = size - parsed.coefficients_begin;
-  parsed.seams_begin = h.coefficient_bytes <= left ? parsed.coefficients_begin + h.coefficient_bytes : size + 1;
+  parsed.seams_begin =
+      h.coefficient_bytes <= left ? parsed.coefficients_begin + h.coefficient_bytes : size + 1;
   return RELIEF_OK;
 }
 
-relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed, PatchHeader* patches) {
+relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed,
+                          PatchHeader* patches) {
   PatchTableModels models;
   Totals& t = parsed.totals;
   t = Totals();

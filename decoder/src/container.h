@@ -7,12 +7,12 @@ namespace relief {
 
 // What the patch table asks for, summed up.
 struct Totals {
-  uint64_t pixels = 0;       // of all rectangles
-  uint64_t planes = 0;       // elements of all pyramids
-  uint64_t scratch = 0;      // floats of the largest patch's wavelet_scratch
-  uint32_t max_width = 0;    // of any patch
-  uint64_t max_pixels = 0;   // of any patch
-  uint64_t max_mask = 0;     // bytes of the largest mask buffer
+  uint64_t pixels = 0;      // of all rectangles
+  uint64_t planes = 0;      // elements of all pyramids
+  uint64_t scratch = 0;     // floats of the largest patch's wavelet_scratch
+  uint32_t max_width = 0;   // of any patch
+  uint64_t max_pixels = 0;  // of any patch
+  uint64_t max_mask = 0;    // bytes of the largest mask buffer
 };
 
 struct Parsed {
@@ -28,7 +28,8 @@ bool read_varint(const uint8_t*& p, const uint8_t* end, uint32_t& value);
 relief_status parse_header(const void* data, size_t size, const relief_limits& limits, Parsed& parsed);
 
 // Decodes the patch table from `coder` into `patches` (null: only sums up).
-relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed, PatchHeader* patches);
+relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed,
+                          PatchHeader* patches);
 
 // How far a mask's buffer reaches around the mask: see code_mask.
 constexpr size_t kMaskBefore = 4, kMaskAbove = 3;

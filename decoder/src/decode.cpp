@@ -57,7 +57,8 @@ relief_status parse(const void* data, size_t size, const relief_limits* limits, 
   const relief_limits& l = limits ? *limits : relief_default_limits;
   const relief_status status = parse_header(data, size, l, parsed);
   if (status != RELIEF_OK) return status;
-  RangeDecoder coder(static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.header.table_bytes, false);
+  RangeDecoder coder(static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.header.table_bytes,
+                     false);
   return parse_table(coder, l, parsed, nullptr);
 }
 
@@ -95,7 +96,8 @@ void decode_coefficients(RangeDecoder& coder, const Parsed& parsed, Workspace& w
     }
     return true;
   };
-  if (!each([&](const Pyramid& p, int32_t* q, const uint8_t* m) { return code_low(coder, models, p, q, m); })) return;
+  if (!each([&](const Pyramid& p, int32_t* q, const uint8_t* m) { return code_low(coder, models, p, q, m); }))
+    return;
   for (int level = kLevels - 1; level >= 0; level--) {
     const bool all = each([&](const Pyramid& p, int32_t* q, const uint8_t* m) {
       for (int type = 0; type < 3; type++)
@@ -167,8 +169,8 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
     const float s = spacing_of(h.spacing, w.patches[i]);
     if (s > spacing) spacing = s;
   }
-  const uint8_t* seams = cut || !seams_complete(data + parsed.seams_begin, data + size) ? nullptr
-                                                                                        : data + parsed.seams_begin;
+  const uint8_t* seams =
+      cut || !seams_complete(data + parsed.seams_begin, data + size) ? nullptr : data + parsed.seams_begin;
   const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, seams, data + size, trace};
   status = close_gaps(w.nodes, components, options, mesh, w.gaps);
   if (status != RELIEF_OK) return status;
@@ -209,7 +211,8 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   const relief_limits& l = limits ? *limits : relief_default_limits;
   const uint64_t vertices = h.mask_pixels + gap_vertices(h.boundary_nodes);
   const uint64_t triangles = 2 * uint64_t(h.mask_pixels) + gap_triangles(h.boundary_nodes);
-  if (vertices > 0xffffffffu || triangles > 0xffffffffu || h.vertex_count > l.max_vertices) return RELIEF_ERROR_LIMIT;
+  if (vertices > 0xffffffffu || triangles > 0xffffffffu || h.vertex_count > l.max_vertices)
+    return RELIEF_ERROR_LIMIT;
   if (h.vertex_count > vertices || h.triangle_count > triangles) return RELIEF_ERROR_CORRUPT;
   Arena counted = {nullptr};
   Workspace w;
@@ -229,7 +232,7 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   return RELIEF_OK;
 }
 
-extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                                       void* workspace, size_t workspace_size) {
+extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
+                                       relief_mesh* mesh, void* workspace, size_t workspace_size) {
   return decode_traced(data, size, limits, mesh, workspace, workspace_size, nullptr);
 }

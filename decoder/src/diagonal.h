@@ -4,9 +4,10 @@
 
 namespace relief {
 
-// Predicted without bits: the diagonal whose middle is closer to a cubic through the neighbours along both diagonals.
-// z: integer heights, `stride` apart by row, at pixel (x, y) of the cell; the pixels (x-1, y-1), (x+2, y+2), (x+2, y-1)
-// and (x-1, y+2) must be in the mask. True: from (x, y) to (x+1, y+1). Everything is scaled by 32.
+// Predicted without bits: the diagonal whose middle is closer to a cubic through the neighbours along both
+// diagonals. z: integer heights, `stride` apart by row, at pixel (x, y) of the cell; the pixels (x-1, y-1),
+// (x+2, y+2), (x+2, y-1) and (x-1, y+2) must be in the mask. True: from (x, y) to (x+1, y+1). Everything is
+// scaled by 32.
 inline bool predict_main_diagonal(const int32_t* z, ptrdiff_t stride) {
   const int32_t main = z[0] + z[stride + 1], anti = z[1] + z[stride];
   const int32_t estimate =

@@ -8,21 +8,21 @@
 namespace relief {
 
 // --- constants that are part of the format ---
-constexpr int kLevels = 5;                  // wavelet levels (3.5)
+constexpr int kLevels = 5;                     // wavelet levels (3.5)
 constexpr int32_t kCoordinateLimit = 1 << 20;  // lattice coordinates are clamped to +- this
-constexpr uint32_t kMaxSide = 1 << 15;      // pixels along a side of a patch
-constexpr int kNormalBits = 8;              // a plane's normal: octahedral map with 2^8 - 1 steps each way
-constexpr int kFlagClosed = 1;              // the surface has no border: every gap is closed
+constexpr uint32_t kMaxSide = 1 << 15;         // pixels along a side of a patch
+constexpr int kNormalBits = 8;                 // a plane's normal: octahedral map with 2^8 - 1 steps each way
+constexpr int kFlagClosed = 1;                 // the surface has no border: every gap is closed
 // Spacing of a patch's grid: 2^(-index / 4) of the stream's; step likewise 2^(index / 4).
 constexpr int kMaxSpacingIndex = 63;
 constexpr int kMaxStepIndex = 31;
 
 struct PatchHeader {
   uint32_t width, height;  // pixels; both at least 1
-  int32_t x0, y0, z0;      // grid coordinates of pixel (0, 0) and the elevation's offset, in units of the spacing
-  int32_t u, v;            // octahedral normal
-  int32_t spacing_index;   // 0 .. kMaxSpacingIndex
-  int32_t step_index;      // -kMaxStepIndex .. kMaxStepIndex
+  int32_t x0, y0, z0;  // grid coordinates of pixel (0, 0) and the elevation's offset, in units of the spacing
+  int32_t u, v;        // octahedral normal
+  int32_t spacing_index;  // 0 .. kMaxSpacingIndex
+  int32_t step_index;     // -kMaxStepIndex .. kMaxStepIndex
 };
 
 struct StreamHeader {
@@ -49,7 +49,8 @@ inline float spacing_of(float spacing, const PatchHeader& patch) {
   return float(double(spacing) * quarter_power(-patch.spacing_index));
 }
 
-// The orthonormal frame of a patch's plane (3.2) from its octahedral normal. IEEE square roots and divisions only.
+// The orthonormal frame of a patch's plane (3.2) from its octahedral normal. IEEE square roots and divisions
+// only.
 struct Frame {
   double e1[3], e2[3], n[3];
 };
@@ -69,7 +70,8 @@ inline Frame frame_of(int32_t u, int32_t v) {
   const double ax = f.n[0] < 0 ? -f.n[0] : f.n[0];
   // e1 = n x axis, normalised, with the axis that is well away from n
   const double a[3] = {ax < 0.7 ? 1.0 : 0.0, ax < 0.7 ? 0.0 : 1.0, 0.0};
-  const double c[3] = {f.n[1] * a[2] - f.n[2] * a[1], f.n[2] * a[0] - f.n[0] * a[2], f.n[0] * a[1] - f.n[1] * a[0]};
+  const double c[3] = {f.n[1] * a[2] - f.n[2] * a[1], f.n[2] * a[0] - f.n[0] * a[2],
+                       f.n[0] * a[1] - f.n[1] * a[0]};
   const double k = __builtin_sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
   for (int i = 0; i < 3; i++) f.e1[i] = c[i] / k;
   f.e2[0] = f.n[1] * f.e1[2] - f.n[2] * f.e1[1];
@@ -88,8 +90,8 @@ inline int32_t to_lattice(float v) {
 }
 
 // --- wavelet bands of a patch (3.5) ---
-// Level l splits a plane of (w, h) into LL ((w+1)/2, (h+1)/2), HL, LH, HH; the LL of level kLevels-1 is coded as LL.
-// Every band is kept in a plane with a margin of kMargin zeros on all sides.
+// Level l splits a plane of (w, h) into LL ((w+1)/2, (h+1)/2), HL, LH, HH; the LL of level kLevels-1 is coded
+// as LL. Every band is kept in a plane with a margin of kMargin zeros on all sides.
 constexpr uint32_t kMargin = 2;
 
 struct Band {
@@ -99,9 +101,9 @@ struct Band {
 };
 
 struct Pyramid {
-  Band high[kLevels][3];       // HL, LH, HH of each level; 0 is the finest
-  Band low[kLevels + 1];       // low[0]: the patch itself; low[l]: the LL of level l - 1
-  size_t size;                 // elements of all planes together
+  Band high[kLevels][3];  // HL, LH, HH of each level; 0 is the finest
+  Band low[kLevels + 1];  // low[0]: the patch itself; low[l]: the LL of level l - 1
+  size_t size;            // elements of all planes together
 };
 
 inline Pyramid pyramid_of(uint32_t w, uint32_t h) {

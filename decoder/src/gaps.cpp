@@ -1,8 +1,8 @@
 // Gap closing in linear time by links and faces.
 //
-// Every node (border vertex) looks for the nearest node that faces it; the pairs are links (4.2's projections, with
-// vertices for targets). Links and borders cut the space between the patches into faces, found by walking around them;
-// each face is closed by clipping ears. All decisions are made with integers.
+// Every node (border vertex) looks for the nearest node that faces it; the pairs are links (4.2's
+// projections, with vertices for targets). Links and borders cut the space between the patches into faces,
+// found by walking around them; each face is closed by clipping ears. All decisions are made with integers.
 #include "gaps.h"
 
 #include <string.h>
@@ -12,16 +12,16 @@
 namespace relief {
 namespace {
 
-constexpr uint32_t kMaxDegree = 16;     // links at a node
-constexpr uint32_t kMaxEarFace = 256;   // corners of a face that is closed by ears; larger ones get a fan
-constexpr uint32_t kBigFace = 12;       // corners beyond which a face may be a hole when the stream does not say
-constexpr int kCrossingReach = 4;       // nodes along a border between links that are tested for crossing
-constexpr int kMaxVisits = 4096;        // nodes that one search looks at; only hostile streams crowd a cell so much
+constexpr uint32_t kMaxDegree = 16;    // links at a node
+constexpr uint32_t kMaxEarFace = 256;  // corners of a face that is closed by ears; larger ones get a fan
+constexpr uint32_t kBigFace = 12;  // corners beyond which a face may be a hole when the stream does not say
+constexpr int kCrossingReach = 4;  // nodes along a border between links that are tested for crossing
+constexpr int kMaxVisits = 4096;  // nodes that one search looks at; only hostile streams crowd a cell so much
 
-struct Slot {       // one end of a link, at a node
-  uint32_t to;      // the other node
-  uint32_t twin;    // the slot there
-  uint32_t face;    // found by walking
+struct Slot {     // one end of a link, at a node
+  uint32_t to;    // the other node
+  uint32_t twin;  // the slot there
+  uint32_t face;  // found by walking
   bool dead;
 };
 
@@ -66,9 +66,10 @@ struct Gaps {
   uint32_t* self;  // slots whose two sides are in one face
   uint32_t face_count, corner_capacity, mark_count;
   NumberList seams;
-  int64_t work;    // steps of walking left for mending self-crossing faces
+  int64_t work;  // steps of walking left for mending self-crossing faces
 
-  Gaps(const Nodes& nodes, const GapOptions& o, MeshWriter& m) : n(nodes), options(o), mesh(m), seams{o.seams, o.seams_end} {}
+  Gaps(const Nodes& nodes, const GapOptions& o, MeshWriter& m)
+      : n(nodes), options(o), mesh(m), seams{o.seams, o.seams_end} {}
 
   uint32_t find(uint32_t i) const {  // union-find with path halving
     while (group[i] != i) i = group[i] = group[group[i]];
@@ -161,7 +162,9 @@ uint32_t hash_cell(const Gaps& g, int32_t x, int32_t y, int32_t z) {
   return (uint32_t(x) * 73856093u ^ uint32_t(y) * 19349663u ^ uint32_t(z) * 83492791u) & g.hash_mask;
 }
 
-int32_t cell_of(const Gaps& g, int32_t coordinate) { return int32_t((coordinate + 2 * kCoordinateLimit) / (g.reach / 2)); }
+int32_t cell_of(const Gaps& g, int32_t coordinate) {
+  return int32_t((coordinate + 2 * kCoordinateLimit) / (g.reach / 2));
+}
 
 // Sorts the nodes into hashed cells of half the reach by counting.
 void build_cells(Gaps& g) {
@@ -170,8 +173,10 @@ void build_cells(Gaps& g) {
     for (uint32_t v = g.count; v-- > 0;) {
       const int32_t* p = g.n.position[v];
       const uint32_t h = hash_cell(g, cell_of(g, p[0]), cell_of(g, p[1]), cell_of(g, p[2]));
-      if (pass == 0) g.cell_begin[h + 1]++;
-      else g.cell_nodes[--g.cell_begin[h + 1]] = v;
+      if (pass == 0)
+        g.cell_begin[h + 1]++;
+      else
+        g.cell_nodes[--g.cell_begin[h + 1]] = v;
     }
     if (pass == 0)
       for (uint32_t i = 0; i <= g.hash_mask; i++) g.cell_begin[i + 1] += g.cell_begin[i];
@@ -195,9 +200,9 @@ bool within_reach(const Gaps& g, uint32_t v, uint32_t u, int64_t d2) {
 
 constexpr int64_t kCannotFace = INT64_MAX;
 
-// How far u is from v as its partner over a gap: the squared distance, nine times as much where their normals are more
-// than about 107 degrees apart or one lies above the other (the two sides of a thin sheet). kCannotFace if they are out
-// of reach, near along one border, or one is not on the other's outer side.
+// How far u is from v as its partner over a gap: the squared distance, nine times as much where their normals
+// are more than about 107 degrees apart or one lies above the other (the two sides of a thin sheet).
+// kCannotFace if they are out of reach, near along one border, or one is not on the other's outer side.
 int64_t facing_distance(const Gaps& g, uint32_t v, uint32_t u, int64_t d2) {
   if (!within_reach(g, v, u, d2)) return kCannotFace;
   if (g.loop[v] == g.loop[u] && steps_apart(g, u, v) < 5) return kCannotFace;
@@ -268,7 +273,8 @@ bool add_link(Gaps& g, uint32_t a, uint32_t b) {
 // Lists the ends of the links at each node.
 void build_slots(Gaps& g) {
   memset(g.slot_begin, 0, (size_t(g.count) + 1) * sizeof(uint32_t));
-  for (uint32_t i = 0; i < g.link_count; i++) g.slot_begin[g.links[i].a + 1]++, g.slot_begin[g.links[i].b + 1]++;
+  for (uint32_t i = 0; i < g.link_count; i++)
+    g.slot_begin[g.links[i].a + 1]++, g.slot_begin[g.links[i].b + 1]++;
   for (uint32_t v = 0; v < g.count; v++) g.slot_begin[v + 1] += g.slot_begin[v];
   for (uint32_t v = 0; v < g.count; v++) g.mark[v] = g.slot_begin[v];
   for (uint32_t i = 0; i < g.link_count; i++) {
@@ -281,7 +287,8 @@ void build_slots(Gaps& g) {
 
 void kill(Gaps& g, uint32_t slot) { g.slots[slot].dead = g.slots[g.slots[slot].twin].dead = true; }
 
-// Along a border, the partners on the other side must come in reverse order. Of two links that do not, the longer goes.
+// Along a border, the partners on the other side must come in reverse order. Of two links that do not, the
+// longer goes.
 void kill_crossings(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
     uint32_t w = v;
@@ -294,7 +301,8 @@ void kill_crossings(Gaps& g) {
           const uint32_t a = g.slots[i].to, b = g.slots[j].to;
           if (g.loop[a] != g.loop[b]) continue;
           const uint32_t length = g.loop_length[g.loop[a]];
-          const uint32_t ahead = g.place[b] >= g.place[a] ? g.place[b] - g.place[a] : g.place[b] + length - g.place[a];
+          const uint32_t ahead =
+              g.place[b] >= g.place[a] ? g.place[b] - g.place[a] : g.place[b] + length - g.place[a];
           if (ahead < 1 || ahead > 8 || ahead >= length / 2) continue;
           kill(g, g.distance2(v, a) > g.distance2(w, b) ? i : j);
         }
@@ -328,7 +336,8 @@ bool linked(const Gaps& g, uint32_t a, uint32_t b) {
 // Pieces that no link joins to the largest one look again, twice as far and less choosy.
 void link_islands(Gaps& g) {
   reset_groups(g);
-  for (uint32_t i = 0; i < g.link_count; i++) g.unite(g.n.component[g.links[i].a], g.n.component[g.links[i].b]);
+  for (uint32_t i = 0; i < g.link_count; i++)
+    g.unite(g.n.component[g.links[i].a], g.n.component[g.links[i].b]);
   uint32_t* size = g.self;  // by component, as scratch; components <= count
   for (uint32_t c = 0; c < g.components; c++) size[c] = 0;
   for (uint32_t v = 0; v < g.count; v++) size[g.find(g.n.component[v])]++;
@@ -367,7 +376,8 @@ void link_islands(Gaps& g) {
 // Takes the links out that the stream says are wrong.
 bool drop_links(Gaps& g) {
   if (GapTrace* t = g.options.trace)
-    for (t->link_count = 0; t->link_count < g.link_count && t->link_count < t->link_capacity; t->link_count++) {
+    for (t->link_count = 0; t->link_count < g.link_count && t->link_count < t->link_capacity;
+         t->link_count++) {
       const Link& l = g.links[t->link_count];
       t->links[t->link_count][0] = g.n.vertex[l.a];
       t->links[t->link_count][1] = g.n.vertex[l.b];
@@ -376,8 +386,10 @@ bool drop_links(Gaps& g) {
   g.seams.advance();
   uint32_t kept = 0;
   for (uint32_t i = 0; i < g.link_count; i++) {
-    if (g.seams.next == i + 1) g.seams.advance();
-    else g.links[kept++] = g.links[i];
+    if (g.seams.next == i + 1)
+      g.seams.advance();
+    else
+      g.links[kept++] = g.links[i];
   }
   g.link_count = kept;
   return g.seams.good && g.seams.next == 0;
@@ -385,8 +397,8 @@ bool drop_links(Gaps& g) {
 
 // --- the cyclic order around a node ---
 
-// The direction of a link at v in the plane orthogonal to the normal, as (cosine, sine) against the inward direction,
-// scaled to 30 bits.
+// The direction of a link at v in the plane orthogonal to the normal, as (cosine, sine) against the inward
+// direction, scaled to 30 bits.
 void link_angle(const Gaps& g, uint32_t v, uint32_t to, int64_t out[2]) {
   int64_t d[3], c[3];
   g.difference(v, to, d);
@@ -447,8 +459,8 @@ Corner step(const Gaps& g, Corner c) {
   return {u, below(g, u, g.slots[c.slot].twin)};
 }
 
-// Walks around the face at `start`, marks it with a new number, and lists the slots that have it on both sides (one of
-// the two) from self[first] on. Returns the end of the list.
+// Walks around the face at `start`, marks it with a new number, and lists the slots that have it on both
+// sides (one of the two) from self[first] on. Returns the end of the list.
 uint32_t walk_face(Gaps& g, Corner start, uint32_t first) {
   const uint32_t number = g.face_count++;
   uint32_t end = first;
@@ -466,7 +478,9 @@ uint32_t walk_face(Gaps& g, Corner start, uint32_t first) {
   return end;
 }
 
-int64_t slot_length(const Gaps& g, uint32_t s) { return g.distance2(g.slots[s].to, g.slots[g.slots[s].twin].to); }
+int64_t slot_length(const Gaps& g, uint32_t s) {
+  return g.distance2(g.slots[s].to, g.slots[g.slots[s].twin].to);
+}
 
 // Heap sort, longest first, by number where equal.
 void sort_longest_first(const Gaps& g, uint32_t* s, uint32_t n) {
@@ -497,9 +511,9 @@ void unite_ends(Gaps& g, uint32_t s) {
   g.unite(g.n.component[g.slots[s].to], g.n.component[g.slots[g.slots[s].twin].to]);
 }
 
-// Mends one face that has links on both of its sides (self[begin] .. self[end - 1]): such a link is a wrong crossing,
-// unless nothing else joins its two pieces. The longest wrong one is removed, which cuts the face in two; both parts are
-// put on the stack.
+// Mends one face that has links on both of its sides (self[begin] .. self[end - 1]): such a link is a wrong
+// crossing, unless nothing else joins its two pieces. The longest wrong one is removed, which cuts the face
+// in two; both parts are put on the stack.
 void mend_face(Gaps& g, uint32_t begin, uint32_t end) {
   sort_longest_first(g, g.self + begin, end - begin);
   for (uint32_t i = begin; i < end; i++) {
@@ -512,7 +526,8 @@ void mend_face(Gaps& g, uint32_t begin, uint32_t end) {
     kill(g, s);
     if (g.work <= 0) continue;  // no time to walk again: all wrong ones go
     const uint32_t v = g.slots[t].to, u = g.slots[s].to;
-    const uint32_t middle = walk_face(g, {v, below(g, v, s)}, end), last = walk_face(g, {u, below(g, u, t)}, middle);
+    const uint32_t middle = walk_face(g, {v, below(g, v, s)}, end),
+                   last = walk_face(g, {u, below(g, u, t)}, middle);
     for (uint32_t k = i + 1; k < end; k++)
       if (!g.slots[g.self[k]].dead && !self_crossing(g, g.self[k])) unite_ends(g, g.self[k]);
     // the two lists are parts of the old one, without s: both fit into its place
@@ -542,7 +557,8 @@ void mend_faces(Gaps& g) {
     if (!g.slots[s].dead && g.slots[s].face == kNone) start({g.slots[g.slots[s].twin].to, s});
   for (uint32_t s = 0; s < g.slot_begin[g.count]; s++)
     if (!g.slots[s].dead && !self_crossing(g, s)) unite_ends(g, s);
-  // the last range of the stack ends where the used part of self ends, and what mending leaves takes its place
+  // the last range of the stack ends where the used part of self ends, and what mending leaves takes its
+  // place
   while (g.link_count > 0) {
     const Link range = g.links[--g.link_count];
     mend_face(g, range.a, range.b);
@@ -583,7 +599,8 @@ bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
   return true;
 }
 
-// How well the triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for turned over.
+// How well the triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for
+// turned over.
 int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   int64_t u[3], v[3], w[3];
   g.difference(b, c, u);
@@ -598,8 +615,8 @@ int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
 
 constexpr int64_t kNoEar = INT64_MAX;
 
-// The cost of cutting off corner b with neighbours a and c: a short new edge and a triangle that lies in the surface.
-// rest: the fourth corner of a quadrilateral, whose other triangle counts as well, or kNone.
+// The cost of cutting off corner b with neighbours a and c: a short new edge and a triangle that lies in the
+// surface. rest: the fourth corner of a quadrilateral, whose other triangle counts as well, or kNone.
 int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t rest) {
   if (a == c || has_edge(g, a, c)) return kNoEar;
   const int64_t al = alignment(g, a, b, c);
@@ -611,7 +628,8 @@ int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t res
   return cost * (10 * kUnit + 3 * (kUnit - other)) / (10 * kUnit);
 }
 
-// Cuts off ears until a triangle is left (returns 0) or none can be cut. Returns the number of corners left in q.
+// Cuts off ears until a triangle is left (returns 0) or none can be cut. Returns the number of corners left
+// in q.
 uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, bool& room) {
   int64_t cost[kMaxEarFace];
   auto cost_at = [&](uint32_t i) {
@@ -674,11 +692,12 @@ void move_inwards(const Gaps& g, uint32_t node, const int64_t middle[3], int64_t
     square += d[k] * d[k];
   }
   const int64_t reach = g.n.spacing[node] / 4, length = root(square) + 1;
-  for (int k = 0; k < 3; k++) out[k] = g.n.position[node][k] + (length > reach ? d[k] * reach / length : d[k]);
+  for (int k = 0; k < 3; k++)
+    out[k] = g.n.position[node][k] + (length > reach ? d[k] * reach / length : d[k]);
 }
 
-// Closes a face around its middle: by a fan, or, where a node comes twice on its rim, by a ring of new vertices (then no
-// edge can come twice) with a fan inside. open: leave the fan away.
+// Closes a face around its middle: by a fan, or, where a node comes twice on its rim, by a ring of new
+// vertices (then no edge can come twice) with a fan inside. open: leave the fan away.
 bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   int64_t middle[3] = {0, 0, 0};
   for (uint32_t i = 0; i < m; i++)
@@ -732,12 +751,15 @@ relief_status close_faces(Gaps& g) {
     Corner c = start;
     do {
       g.face[m++] = c.node;
-      if (c.slot == kNone) g.face_of_border[c.node] = g.face_count;
-      else g.slots[c.slot].face = g.face_count;
+      if (c.slot == kNone)
+        g.face_of_border[c.node] = g.face_count;
+      else
+        g.slots[c.slot].face = g.face_count;
       c = step(g, c);
     } while (c != start);
     g.face_count++;
-    if (o.trace && o.trace->count < o.trace->capacity) o.trace->first_triangle[o.trace->count++] = g.mesh.triangle_count;
+    if (o.trace && o.trace->count < o.trace->capacity)
+      o.trace->first_triangle[o.trace->count++] = g.mesh.triangle_count;
     bool open = !o.closed && !o.seams && m > kBigFace;
     if (!o.closed && o.seams && holes.next == g.face_count) {
       open = true;

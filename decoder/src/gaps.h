@@ -5,8 +5,8 @@
 
 namespace relief {
 
-// What the encoder wants to know of the faces between patches and of the links, to tell real holes from gaps and wrong
-// links from right ones. Unused by the decoder.
+// What the encoder wants to know of the faces between patches and of the links, to tell real holes from gaps
+// and wrong links from right ones. Unused by the decoder.
 struct GapTrace {
   uint32_t* first_triangle;  // of each face, in the order of faces
   uint32_t capacity, count;
@@ -15,14 +15,14 @@ struct GapTrace {
 };
 
 struct GapOptions {
-  int32_t spacing;        // the largest grid spacing, lattice units
-  bool closed;            // close every face
-  // The stream's last part, or null if it is missing or cut: two lists, of links to drop and of faces that stay open,
-  // each of differences between successive numbers (plus one), ended by zero. Without it no link is dropped, and open
-  // faces are guessed by their size.
+  int32_t spacing;  // the largest grid spacing, lattice units
+  bool closed;      // close every face
+  // The stream's last part, or null if it is missing or cut: two lists, of links to drop and of faces that
+  // stay open, each of differences between successive numbers (plus one), ended by zero. Without it no link
+  // is dropped, and open faces are guessed by their size.
   const uint8_t* seams;
   const uint8_t* seams_end;
-  GapTrace* trace;        // may be null
+  GapTrace* trace;  // may be null
 };
 
 // Memory that close_gaps takes for n nodes.
@@ -34,8 +34,8 @@ constexpr uint64_t gap_vertices(uint64_t n) { return 7 * n; }
 constexpr uint64_t gap_triangles(uint64_t n) { return 15 * n; }
 
 // Adds the triangles to `mesh`. memory: gap_memory_bytes(nodes.count) bytes, aligned to 16.
-// However the nodes lie, the result is an oriented 2-manifold: the faces come from a rotation system (the cyclic order
-// of links around each node), which has no other kind of surface, and no edge is made twice.
+// However the nodes lie, the result is an oriented 2-manifold: the faces come from a rotation system (the
+// cyclic order of links around each node), which has no other kind of surface, and no edge is made twice.
 // Errors: OUTPUT; CORRUPT if the seams are malformed.
 relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptions& options, MeshWriter& mesh,
                          void* memory);

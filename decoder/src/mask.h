@@ -1,5 +1,5 @@
-// Support masks (3.5): an adaptive context arithmetic coder after Langdon and Rissanen 1981, four templates of 4 to 22
-// pixels mixed in the logistic domain (Mahoney's lpaq). Integers only. Shared with the encoder.
+// Support masks (3.5): an adaptive context arithmetic coder after Langdon and Rissanen 1981, four templates
+// of 4 to 22 pixels mixed in the logistic domain (Mahoney's lpaq). Integers only. Shared with the encoder.
 #pragma once
 #include "format.h"
 #include "models.h"
@@ -9,7 +9,8 @@ namespace relief {
 constexpr int kMaskTemplates = 4;
 constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 4, 1u << 10, 1u << 16, 1u << 16};
 
-// ln(p / (1 - p)) in 1/256 and its inverse, on 12-bit probabilities; filled by integer interpolation, part of the format.
+// ln(p / (1 - p)) in 1/256 and its inverse, on 12-bit probabilities; filled by integer interpolation, part of
+// the format.
 struct Logistic {
   int16_t stretch[4096];
 
@@ -69,17 +70,19 @@ int code_mixed(Coder& coder, MaskModels& models, Model* const* m, int32_t* w, in
   return bit;
 }
 
-// Codes the mask of one patch. `rows`: height rows of width bytes, 0 or 1, each row `stride` bytes apart, with at least 3
-// rows of zeros above and 4 zeros before and after each row (the templates look there).
+// Codes the mask of one patch. `rows`: height rows of width bytes, 0 or 1, each row `stride` bytes apart,
+// with at least 3 rows of zeros above and 4 zeros before and after each row (the templates look there).
 template <class Coder>
-void code_mask(Coder& coder, MaskModels& models, uint8_t* rows, uint32_t width, uint32_t height, size_t stride) {
+void code_mask(Coder& coder, MaskModels& models, uint8_t* rows, uint32_t width, uint32_t height,
+               size_t stride) {
   const ptrdiff_t s = ptrdiff_t(stride);
   for (uint32_t y = 0; y < height; y++) {
     uint8_t* row = rows + y * stride;
     for (uint32_t x = 0; x < width; x++) {
       uint8_t* p = row + x;
-      const uint32_t c10 = p[-1] | p[-2] << 1 | p[-s - 2] << 2 | p[-s - 1] << 3 | p[-s] << 4 | p[-s + 1] << 5 |
-                           p[-s + 2] << 6 | p[-2 * s - 1] << 7 | p[-2 * s] << 8 | p[-2 * s + 1] << 9;
+      const uint32_t c10 = p[-1] | p[-2] << 1 | p[-s - 2] << 2 | p[-s - 1] << 3 | p[-s] << 4 |
+                           p[-s + 1] << 5 | p[-s + 2] << 6 | p[-2 * s - 1] << 7 | p[-2 * s] << 8 |
+                           p[-2 * s + 1] << 9;
       const uint32_t c16 = c10 | p[-3] << 10 | p[-s + 3] << 11 | p[-s - 3] << 12 | p[-2 * s + 2] << 13 |
                            p[-2 * s - 2] << 14 | p[-3 * s] << 15;
       if (c16 == 0 || c16 == 0xffff) {  // deep outside or inside: one model, most pixels

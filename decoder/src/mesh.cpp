@@ -91,14 +91,20 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
       const uint32_t *v = p.s.vertex + i, a = v[0], b = v[1], c = v[w], d = v[w + 1];
       uint32_t* out = mesh.indices + 3 * size_t(mesh.triangle_count);
       if (n == 4) {
-        if (main_diagonal(p, x, y)) out[0] = a, out[1] = b, out[2] = d, out[3] = a, out[4] = d, out[5] = c;
-        else out[0] = a, out[1] = b, out[2] = c, out[3] = b, out[4] = d, out[5] = c;
+        if (main_diagonal(p, x, y))
+          out[0] = a, out[1] = b, out[2] = d, out[3] = a, out[4] = d, out[5] = c;
+        else
+          out[0] = a, out[1] = b, out[2] = c, out[3] = b, out[4] = d, out[5] = c;
         mesh.triangle_count += 2;
       } else {
-        if (!m[0]) out[0] = b, out[1] = d, out[2] = c;
-        else if (!m[1]) out[0] = a, out[1] = d, out[2] = c;
-        else if (!m[p.stride]) out[0] = a, out[1] = b, out[2] = d;
-        else out[0] = a, out[1] = b, out[2] = c;
+        if (!m[0])
+          out[0] = b, out[1] = d, out[2] = c;
+        else if (!m[1])
+          out[0] = a, out[1] = d, out[2] = c;
+        else if (!m[p.stride])
+          out[0] = a, out[1] = b, out[2] = d;
+        else
+          out[0] = a, out[1] = b, out[2] = c;
         mesh.triangle_count++;
       }
       uint32_t* run = p.s.run_of_cell;
@@ -114,7 +120,8 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
 
 // Normal at a border pixel: the sum over the triangles between it and its neighbours in covered cells.
 void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
-  static const int kRing[9][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+  static const int kRing[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
+                                  {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
   auto position = [&](int px, int py, int64_t v[3]) {
     const float* f = p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(px, py)]);
     for (int k = 0; k < 3; k++) v[k] = int64_t(f[k]);
@@ -186,10 +193,14 @@ relief_status add_border(const Patch& p) {
       if (b && d && !p.covered(x + 1, y)) side(x + 1, y, x + 1, y + 1);
       if (d && c && !p.covered(x, y + 1)) side(x + 1, y + 1, x, y + 1);
       if (c && a && !p.covered(x - 1, y)) side(x, y + 1, x, y);
-      if (!a) side(x, y + 1, x + 1, y);
-      else if (!b) side(x, y, x + 1, y + 1);
-      else if (!c) side(x + 1, y + 1, x, y);
-      else if (!d) side(x + 1, y, x, y + 1);
+      if (!a)
+        side(x, y + 1, x + 1, y);
+      else if (!b)
+        side(x, y, x + 1, y + 1);
+      else if (!c)
+        side(x + 1, y + 1, x, y);
+      else if (!d)
+        side(x + 1, y, x, y + 1);
       if (!ok) return RELIEF_ERROR_CORRUPT;
     }
   return RELIEF_OK;
@@ -199,19 +210,28 @@ relief_status add_border(const Patch& p) {
 bool all_used(const Patch& p) {
   for (int y = 0; y < p.h; y++)
     for (int x = 0; x < p.w; x++)
-      if (*p.at(x, y) && !p.covered(x, y) && !p.covered(x - 1, y) && !p.covered(x, y - 1) && !p.covered(x - 1, y - 1))
+      if (*p.at(x, y) && !p.covered(x, y) && !p.covered(x - 1, y) && !p.covered(x, y - 1) &&
+          !p.covered(x - 1, y - 1))
         return false;
   return true;
 }
 
 }  // namespace
 
-relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing, const Pyramid& pyramid,
-                         const uint8_t* mask, const float* z, const MeshScratch& scratch, MeshWriter& mesh,
-                         Nodes& nodes, uint32_t& components) {
+relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing,
+                         const Pyramid& pyramid, const uint8_t* mask, const float* z,
+                         const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components) {
   const Band& b = pyramid.low[0];
-  const Patch p = {patch,   patch_index, int32_t(spacing), int(b.width), int(b.height), mask + b.at(0, 0), ptrdiff_t(b.stride),
-                   scratch, mesh,        nodes};
+  const Patch p = {patch,
+                   patch_index,
+                   int32_t(spacing),
+                   int(b.width),
+                   int(b.height),
+                   mask + b.at(0, 0),
+                   ptrdiff_t(b.stride),
+                   scratch,
+                   mesh,
+                   nodes};
   if (!all_used(p)) return RELIEF_ERROR_CORRUPT;
   relief_status status = add_vertices(p, spacing, z);
   if (status != RELIEF_OK) return status;

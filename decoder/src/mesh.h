@@ -6,26 +6,27 @@
 namespace relief {
 
 struct MeshWriter {
-  float* positions;    // lattice coordinates (integers) until the very end
+  float* positions;  // lattice coordinates (integers) until the very end
   uint32_t* indices;
   uint32_t vertex_capacity, triangle_capacity;
   uint32_t vertex_count, triangle_count;
 };
 
 struct MeshScratch {
-  int32_t* height;       // pixels of a patch
-  uint32_t* vertex;      // pixels of a patch
-  uint32_t* node;        // pixels of a patch
-  uint32_t* run;         // pixels of a patch: union-find over runs of cells
-  uint32_t* run_of_cell; // pixels of a patch
+  int32_t* height;        // pixels of a patch
+  uint32_t* vertex;       // pixels of a patch
+  uint32_t* node;         // pixels of a patch
+  uint32_t* run;          // pixels of a patch: union-find over runs of cells
+  uint32_t* run_of_cell;  // pixels of a patch
 };
 
 // Adds the vertices and triangles of a patch to `mesh` and its border to `nodes`.
 //   z        elevations, row by row, lattice units, without the patch's offset z0
 //   mask     plane low[0] of the pyramid
-// Errors: CORRUPT if the mask is not clean (a pixel in no triangle, or one where the border touches itself), OUTPUT.
-relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing, const Pyramid& pyramid,
-                         const uint8_t* mask, const float* z, const MeshScratch& scratch, MeshWriter& mesh,
-                         Nodes& nodes, uint32_t& components);
+// Errors: CORRUPT if the mask is not clean (a pixel in no triangle, or one where the border touches itself),
+// OUTPUT.
+relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing,
+                         const Pyramid& pyramid, const uint8_t* mask, const float* z,
+                         const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components);
 
 }  // namespace relief

@@ -5,14 +5,16 @@
 
 namespace relief {
 
-// An adaptive probability of a bit being 1: 22 bits of probability, 10 bits of count. The rate of adaptation falls
-// with the count (1 / (count + 1.6)) until the limit, so that a fresh context learns fast and a used one is steady.
+// An adaptive probability of a bit being 1: 22 bits of probability, 10 bits of count. The rate of adaptation
+// falls with the count (1 / (count + 1.6)) until the limit, so that a fresh context learns fast and a used
+// one is steady.
 using Model = uint32_t;
 constexpr Model kModelInit = 1u << 31;
 
 constexpr Model model_of(uint32_t p16, uint32_t count) { return p16 << 16 | count; }
 
-// Probability of a 1 in 16 bits, kept away from 0 and 1 so that no interval of the coder vanishes. Part of the format.
+// Probability of a 1 in 16 bits, kept away from 0 and 1 so that no interval of the coder vanishes. Part of
+// the format.
 inline uint32_t model_p16(Model m) {
   uint32_t p = m >> 16;
   return p < 32 ? 32 : p > 65504 ? 65504 : p;
@@ -21,7 +23,8 @@ inline uint32_t model_p16(Model m) {
 struct ReciprocalTable {
   uint32_t value[1024];
   constexpr ReciprocalTable() : value() {
-    for (uint32_t i = 0; i < 1024; i++) value[i] = 655360 / (10 * i + 16);  // 65536 / (i + 1.6), part of the format
+    for (uint32_t i = 0; i < 1024; i++)
+      value[i] = 655360 / (10 * i + 16);  // 65536 / (i + 1.6), part of the format
   }
 };
 inline constexpr ReciprocalTable kReciprocal;

@@ -13,13 +13,13 @@ constexpr int32_t kUnit = 4096;
 
 struct Nodes {
   uint32_t count, capacity;
-  int32_t (*position)[3];   // lattice
-  int16_t (*normal)[3];     // of the patch's surface there, length kUnit (or 0)
-  uint32_t *vertex;         // in the mesh
-  uint32_t *next, *prev;    // along the border, the patch on the left
+  int32_t (*position)[3];  // lattice
+  int16_t (*normal)[3];    // of the patch's surface there, length kUnit (or 0)
+  uint32_t* vertex;        // in the mesh
+  uint32_t *next, *prev;   // along the border, the patch on the left
   uint32_t* patch;
-  uint32_t* component;      // connected piece of a patch
-  int32_t* spacing;         // of the patch's grid, lattice units
+  uint32_t* component;  // connected piece of a patch
+  int32_t* spacing;     // of the patch's grid, lattice units
   uint16_t (*pixel)[2];
 
   void allocate(Arena& a, uint32_t n) {
@@ -36,8 +36,8 @@ struct Nodes {
   }
 };
 
-// Scales an integer vector (components below 2^46) to length kUnit, rounding towards zero. IEEE operations on exactly
-// represented integers: the same everywhere.
+// Scales an integer vector (components below 2^46) to length kUnit, rounding towards zero. IEEE operations on
+// exactly represented integers: the same everywhere.
 inline void unit_vector(const int64_t v[3], int16_t out[3]) {
   int64_t x = v[0], y = v[1], z = v[2];
   auto large = [](int64_t c) { return c > (1 << 24) || c < -(1 << 24); };

@@ -14,7 +14,8 @@ struct PatchTableModels {
   }
 };
 
-// Codes one entry; the decoder's `patch` is written, the encoder's is read. Returns false if it is out of range.
+// Codes one entry; the decoder's `patch` is written, the encoder's is read. Returns false if it is out of
+// range.
 template <class Coder>
 bool code_patch(Coder& coder, PatchTableModels& m, PatchHeader& patch) {
   constexpr int32_t kMid = (1 << (kNormalBits - 1)) - 1;
@@ -25,7 +26,8 @@ bool code_patch(Coder& coder, PatchTableModels& m, PatchHeader& patch) {
   };
   patch.u = raw(patch.u);
   patch.v = raw(patch.v);
-  patch.spacing_index = int32_t(code_golomb(coder, m.models[PatchTableModels::kSpacing], uint32_t(patch.spacing_index)));
+  patch.spacing_index =
+      int32_t(code_golomb(coder, m.models[PatchTableModels::kSpacing], uint32_t(patch.spacing_index)));
   patch.step_index = code_signed(coder, m.models[PatchTableModels::kStep], patch.step_index);
   patch.width = 1 + code_golomb(coder, m.models[PatchTableModels::kWidth], patch.width - 1);
   patch.height = 1 + code_golomb(coder, m.models[PatchTableModels::kHeight], patch.height - 1);

@@ -14,7 +14,8 @@ class RangeDecoder {
     for (int i = 0; i < 4; i++) code_ = code_ << 8 | read();
   }
 
-  // The next bit, whose probability of being 1 is p16 / 65536. The argument `bit` is there for the encoder's twin.
+  // The next bit, whose probability of being 1 is p16 / 65536. The argument `bit` is there for the encoder's
+  // twin.
   int code(int /*bit*/, uint32_t p16) {
     const uint32_t bound = (range_ >> 16) * p16;
     int bit;
@@ -33,8 +34,8 @@ class RangeDecoder {
     return bit;
   }
 
-  // True once the decoder has looked beyond the bytes of a cut stream: bits from here on are meaningless. Beyond the
-  // bytes of a whole one there are zeros, which the encoder leaves out.
+  // True once the decoder has looked beyond the bytes of a cut stream: bits from here on are meaningless.
+  // Beyond the bytes of a whole one there are zeros, which the encoder leaves out.
   bool exhausted() const { return cut_ && missing_; }
 
  private:

@@ -3,15 +3,24 @@
 
 extern "C" const char* relief_status_text(relief_status status) {
   switch (status) {
-    case RELIEF_OK: return "no error";
-    case RELIEF_ERROR_ARGUMENT: return "a pointer is null or the workspace is not aligned to 16 bytes";
-    case RELIEF_ERROR_TRUNCATED: return "the stream ends before its masks are complete";
-    case RELIEF_ERROR_MAGIC: return "not a Relief stream";
-    case RELIEF_ERROR_VERSION: return "a stream version that this decoder does not know";
-    case RELIEF_ERROR_CORRUPT: return "the stream contradicts itself";
-    case RELIEF_ERROR_LIMIT: return "the stream asks for more than the limits allow";
-    case RELIEF_ERROR_WORKSPACE: return "the workspace is too small";
-    case RELIEF_ERROR_OUTPUT: return "the output is too small for the mesh";
+    case RELIEF_OK:
+      return "no error";
+    case RELIEF_ERROR_ARGUMENT:
+      return "a pointer is null or the workspace is not aligned to 16 bytes";
+    case RELIEF_ERROR_TRUNCATED:
+      return "the stream ends before its masks are complete";
+    case RELIEF_ERROR_MAGIC:
+      return "not a Relief stream";
+    case RELIEF_ERROR_VERSION:
+      return "a stream version that this decoder does not know";
+    case RELIEF_ERROR_CORRUPT:
+      return "the stream contradicts itself";
+    case RELIEF_ERROR_LIMIT:
+      return "the stream asks for more than the limits allow";
+    case RELIEF_ERROR_WORKSPACE:
+      return "the workspace is too small";
+    case RELIEF_ERROR_OUTPUT:
+      return "the output is too small for the mesh";
   }
   return "unknown status";
 }

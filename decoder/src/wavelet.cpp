@@ -197,12 +197,13 @@ void half_masks(const Band& in, const uint8_t* m, uint8_t* lo, uint8_t* hi) {
 
 }  // namespace
 
-const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch) {
+const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step,
+                             float* scratch) {
   const uint32_t w0 = p.low[0].width, h0 = p.low[0].height;
-  float* const out = scratch;                                   // w0 * h0
-  float* const lows = out + size_t(w0) * h0;                    // the low half
-  float* const highs = lows + size_t((w0 + 1) / 2) * h0;        // the high half
-  float* const coarser = highs + size_t((w0 + 1) / 2) * h0;     // what the level before gave
+  float* const out = scratch;                                // w0 * h0
+  float* const lows = out + size_t(w0) * h0;                 // the low half
+  float* const highs = lows + size_t((w0 + 1) / 2) * h0;     // the high half
+  float* const coarser = highs + size_t((w0 + 1) / 2) * h0;  // what the level before gave
   uint8_t* const masks = reinterpret_cast<uint8_t*>(coarser + size_t((w0 + 1) / 2) * ((h0 + 1) / 2));
   for (int l = kLevels - 1; l >= 0; l--) {
     const Band& in = p.low[l];
@@ -212,7 +213,8 @@ const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* 
     half_masks(in, m, lo, hi);
     const float s_hl = step * band_step(l, 0), s_hh = step * band_step(l, 2);
     const bool first = l == kLevels - 1;
-    inverse_columns({lw, h, lows, lo}, {first ? nullptr : coarser, &p.low[l + 1], &p.high[l][1], step, s_hl}, q);
+    inverse_columns({lw, h, lows, lo}, {first ? nullptr : coarser, &p.low[l + 1], &p.high[l][1], step, s_hl},
+                    q);
     if (hw) inverse_columns({hw, h, highs, hi}, {nullptr, &p.high[l][0], &p.high[l][2], s_hl, s_hh}, q);
     float* const target = l == 0 ? out : coarser;
     for (uint32_t y = 0; y < h; y++)

@@ -1,9 +1,9 @@
 // Shape-adaptive 9/7 wavelet (3.5; Li and Li 2000) with linear extension at the ends of segments.
 //
-// A row or column of a patch falls into segments of mask pixels. Each is lifted alone, with the parity of its global
-// position. Where a sample has no neighbour on one side, the first three lifting steps take 2 x[i+-1] - x[i+-3] in its
-// place if the segment reaches that far, else x[i+-1]; the fourth always mirrors. A segment of one sample goes to the
-// low band, times sqrt(2).
+// A row or column of a patch falls into segments of mask pixels. Each is lifted alone, with the parity of its
+// global position. Where a sample has no neighbour on one side, the first three lifting steps take 2 x[i+-1]
+// - x[i+-3] in its place if the segment reaches that far, else x[i+-1]; the fourth always mirrors. A segment
+// of one sample goes to the low band, times sqrt(2).
 #pragma once
 #include "format.h"
 
@@ -14,8 +14,8 @@ constexpr float kLift[4] = {-1.586134342f, -0.05298011854f, 0.8829110762f, 0.443
 constexpr float kLowScale = 1.149604398f, kHighScale = 1 / 1.149604398f;
 constexpr float kSqrt2 = 1.41421356f, kSqrtHalf = 0.70710678f;
 
-// Rows (or columns) of low and high samples: sample g of the segment [begin, end) is low[g / 2] for even g, else
-// high[g / 2]. Adds factor * (left + right) to every even (odd) sample.
+// Rows (or columns) of low and high samples: sample g of the segment [begin, end) is low[g / 2] for even g,
+// else high[g / 2]. Adds factor * (left + right) to every even (odd) sample.
 void lift_even(float* low, const float* high, int begin, int end, float factor, bool extend);
 void lift_odd(const float* low, float* high, int begin, int end, float factor, bool extend);
 
@@ -28,7 +28,8 @@ void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch);
 //   step      quantisation step of the patch, lattice units
 //   scratch   wavelet_scratch(w, h) floats
 // Returns elevations, row by row without margin (inside scratch), undefined outside of the mask.
-const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch);
+const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step,
+                             float* scratch);
 
 // Values of the patch, of its two halves and of the next coarser level, and bytes of masks of the halves.
 constexpr size_t wavelet_scratch(size_t w, size_t h) {

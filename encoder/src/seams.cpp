@@ -9,10 +9,11 @@
 namespace relief {
 namespace {
 
-// A face between patches is a hole of the surface where its triangles' middles leave it by so many grid spacings, and
-// may be one from the second figure on.
+// A face between patches is a hole of the surface where its triangles' middles leave it by so many grid
+// spacings, and may be one from the second figure on.
 constexpr float kHole = 1.0f, kMaybeHole = 0.2f;
-// Right links run along the surface. One whose points leave it by more than this share of its length may be wrong ...
+// Right links run along the surface. One whose points leave it by more than this share of its length may be
+// wrong ...
 constexpr float kSuspicious = 0.3f;
 // ... and by more than this is.
 constexpr float kWrong = 0.6f;
@@ -54,8 +55,10 @@ std::vector<Suspect> suspicious_faces(const DecodedMesh& d, const SeamsInput& in
   for (size_t i = 0; i < points.size(); i++) {
     const float spacings = distance[i] / float(in.spacing);
     if (spacings < kMaybeHole) continue;
-    if (faces.empty() || faces.back().number != face_of_point[i]) faces.push_back({spacings, face_of_point[i]});
-    else faces.back().distance = std::max(faces.back().distance, spacings);
+    if (faces.empty() || faces.back().number != face_of_point[i])
+      faces.push_back({spacings, face_of_point[i]});
+    else
+      faces.back().distance = std::max(faces.back().distance, spacings);
   }
   worst_first(faces);
   return faces;
@@ -66,7 +69,8 @@ std::vector<Suspect> suspicious_links(const DecodedMesh& d, const SeamsInput& in
   std::vector<Vec3> points;
   std::vector<float> length;
   for (const auto& link : d.links) {
-    const Vec3 a = lattice(in.surface, d.mesh.positions[link[0]]), b = lattice(in.surface, d.mesh.positions[link[1]]);
+    const Vec3 a = lattice(in.surface, d.mesh.positions[link[0]]),
+               b = lattice(in.surface, d.mesh.positions[link[1]]);
     for (double t : {0.25, 0.5, 0.75}) points.push_back(a + t * (b - a));
     length.push_back(std::max(1.0f, float((b - a).norm())));
   }
@@ -127,8 +131,10 @@ void adjust_holes(const StreamParts& parts, const SeamsInput& in, Attempt& best)
     Seams seams = best.seams;
     const auto at = std::find(seams.holes.begin(), seams.holes.end(), faces[i].number);
     if ((best.topology.boundary_loops > in.topology.boundary_loops) != (at != seams.holes.end())) continue;
-    if (at == seams.holes.end()) seams.holes.push_back(faces[i].number);
-    else seams.holes.erase(at);
+    if (at == seams.holes.end())
+      seams.holes.push_back(faces[i].number);
+    else
+      seams.holes.erase(at);
     Attempt a = attempt(parts, in, std::move(seams));
     trials++;
     if (a.mismatch < best.mismatch) best = std::move(a);
@@ -169,8 +175,12 @@ DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
       uint8_t bytes[16];
     };
     std::vector<Block> workspace(info.workspace_bytes / 16 + 1);
-    GapTrace trace = {d.first_triangle.data(), uint32_t(d.first_triangle.size()), 0,
-                      reinterpret_cast<uint32_t(*)[2]>(d.links.data()), uint32_t(d.links.size()), 0};
+    GapTrace trace = {d.first_triangle.data(),
+                      uint32_t(d.first_triangle.size()),
+                      0,
+                      reinterpret_cast<uint32_t(*)[2]>(d.links.data()),
+                      uint32_t(d.links.size()),
+                      0};
     relief_mesh out = {};
     out.positions = d.mesh.positions[0].data();
     out.indices = d.mesh.triangles[0].data();
@@ -184,7 +194,8 @@ DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
     d.links.resize(trace.link_count);
   }
   if (status != RELIEF_OK)
-    throw std::logic_error(std::string("the decoder refuses the encoder's stream: ") + relief_status_text(status));
+    throw std::logic_error(std::string("the decoder refuses the encoder's stream: ") +
+                           relief_status_text(status));
   return d;
 }
 

@@ -1,5 +1,5 @@
-// What the encoder learns by decoding its own stream: which faces between patches are real holes of the surface, and
-// which links between patches are wrong.
+// What the encoder learns by decoding its own stream: which faces between patches are real holes of the
+// surface, and which links between patches are wrong.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -29,9 +29,9 @@ struct SeamsInput {
   double spacing;  // the coarsest grid's, lattice units
 };
 
-// Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed. thorough: also tries to
-// reach the surface's topology by dropping links and opening or closing faces (a few dozen decodings).
-// `decoded` receives what the stream with these seams decodes to.
+// Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed. thorough: also
+// tries to reach the surface's topology by dropping links and opening or closing faces (a few dozen
+// decodings). `decoded` receives what the stream with these seams decodes to.
 Seams find_seams(const StreamParts& parts, const SeamsInput& input, bool thorough, DecodedMesh& decoded);
 
 }  // namespace relief

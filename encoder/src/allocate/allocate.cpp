@@ -35,7 +35,8 @@ ElevationMap crop(const ElevationMap& map) {
   out.width = x1 - x0 + 1, out.height = y1 - y0 + 1;
   for (uint32_t y = y0; y <= y1; y++) {
     const size_t i = size_t(y) * map.width;
-    out.mask.insert(out.mask.end(), map.mask.begin() + ptrdiff_t(i + x0), map.mask.begin() + ptrdiff_t(i + x1 + 1));
+    out.mask.insert(out.mask.end(), map.mask.begin() + ptrdiff_t(i + x0),
+                    map.mask.begin() + ptrdiff_t(i + x1 + 1));
     out.z.insert(out.z.end(), map.z.begin() + ptrdiff_t(i + x0), map.z.begin() + ptrdiff_t(i + x1 + 1));
   }
   return out;
@@ -85,9 +86,7 @@ double code_image(CountingCoder& coder, CoefficientModels& models, const Wavelet
   return squared;
 }
 
-double step_for(double lambda, double spacing) {
-  return std::sqrt(lambda / kTrade) / spacing;
-}
+double step_for(double lambda, double spacing) { return std::sqrt(lambda / kTrade) / spacing; }
 
 }  // namespace
 
@@ -97,7 +96,8 @@ Allocator::Allocator(const AllocationInput& input)
   std::vector<size_t> faces(in_.surface.component_area.size(), 0);
   for (int c : in_.surface.component) faces[size_t(c)]++;
   for (const PatchFaces& p : in_.patches)
-    must_live_.push_back(!p.own.empty() && p.own.size() == faces[size_t(in_.surface.component[size_t(p.own[0])])]);
+    must_live_.push_back(!p.own.empty() &&
+                         p.own.size() == faces[size_t(in_.surface.component[size_t(p.own[0])])]);
 }
 
 const Candidate& Allocator::candidate(size_t patch, int resolution) {
@@ -117,7 +117,8 @@ double Allocator::cost(size_t patch, int resolution, double lambda) {
   const double quantisation = squared * spacing * spacing * d.facing;
   const double inside = d.squared + quantisation;
   const double gap = d.area > 0 ? kGapFactor * d.gap_area * inside / d.area : 0;
-  return inside + gap + kBendShare * d.bend + d.lost + lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
+  return inside + gap + kBendShare * d.bend + d.lost +
+         lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
 }
 
 // Contexts as they are after the whole model at the present resolutions.
@@ -133,8 +134,8 @@ void Allocator::train(double lambda) {
   models_ = std::move(models);
 }
 
-// No patch is more than an octave coarser than the middle of the surface: the gaps along it would be wide, and the
-// decoder's search for partners would look far.
+// No patch is more than an octave coarser than the middle of the surface: the gaps along it would be wide,
+// and the decoder's search for partners would look far.
 int Allocator::coarsest_resolution() const {
   std::vector<std::pair<int, double>> area;
   double total = 0;
@@ -231,8 +232,8 @@ std::vector<CodedPatch> Allocator::coded(const Choice& choice, double& spacing, 
     const int k = choice.resolution[p] - coarsest;
     patch_number[p] = int(coded.size());
     // step * spacing is the same everywhere: so is the gain in distortion for a bit
-    coded.push_back({{c.map.width, c.map.height, c.map.x0, c.map.y0, c.map.z0, in_.patches[p].u, in_.patches[p].v, k,
-                      std::min(k, int(kMaxStepIndex))},
+    coded.push_back({{c.map.width, c.map.height, c.map.x0, c.map.y0, c.map.z0, in_.patches[p].u,
+                      in_.patches[p].v, k, std::min(k, int(kMaxStepIndex))},
                      c.map.mask.data(),
                      &c.image});
   }

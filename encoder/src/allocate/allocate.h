@@ -48,7 +48,8 @@ class Allocator {
   // The same resolution for the whole model: mu times the mean vertex spacing of each patch (3.4).
   Choice fixed(double lambda, double mu);
 
-  std::vector<CodedPatch> coded(const Choice& choice, double& spacing, double& step, std::vector<int>& patch_number);
+  std::vector<CodedPatch> coded(const Choice& choice, double& spacing, double& step,
+                                std::vector<int>& patch_number);
 
  private:
   const Candidate& candidate(size_t patch, int resolution);
@@ -59,8 +60,8 @@ class Allocator {
 
   AllocationInput in_;
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;
-  std::vector<int> start_;          // where each patch's search begins: its last choice
-  std::vector<char> must_live_;     // patches of components that would vanish with them
+  std::vector<int> start_;                     // where each patch's search begins: its last choice
+  std::vector<char> must_live_;                // patches of components that would vanish with them
   std::unique_ptr<CoefficientModels> models_;  // trained on the first choice
 };
 

@@ -8,8 +8,8 @@
 namespace relief {
 namespace {
 
-// Distance of every pixel to the nearest one of a covered cell, in pixels (two-pass chamfer, 5-7-11 rounded down to 1
-// and 1.4).
+// Distance of every pixel to the nearest one of a covered cell, in pixels (two-pass chamfer, 5-7-11 rounded
+// down to 1 and 1.4).
 std::vector<float> distance_to_cells(const ElevationMap& map, const std::vector<Cell>& cells) {
   const int w = int(map.width), h = int(map.height);
   std::vector<float> d(map.mask.size(), 1e6f);
@@ -34,8 +34,8 @@ std::vector<float> distance_to_cells(const ElevationMap& map, const std::vector<
   return d;
 }
 
-// How far the surface bends away from a straight line over a point of a gap: half the second difference over a pixel
-// each way. Where the surface ends or turns out of sight, half a pixel.
+// How far the surface bends away from a straight line over a point of a gap: half the second difference over
+// a pixel each way. Where the surface ends or turns out of sight, half a pixel.
 double bend_at(const FineRaster& fine, size_t j, double spacing) {
   const size_t x = j % fine.width, y = j / fine.width;
   auto along = [&](size_t position, size_t size, size_t step) {

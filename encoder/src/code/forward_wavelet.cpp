@@ -5,10 +5,11 @@
 namespace relief {
 namespace {
 
-// Splits one row or column, `stride` apart in `data`, into low and high samples, segment by segment. The mask has the
-// same layout. out(high, index, value) receives the coefficients.
+// Splits one row or column, `stride` apart in `data`, into low and high samples, segment by segment. The mask
+// has the same layout. out(high, index, value) receives the coefficients.
 template <class Out>
-void split_line(const float* data, const uint8_t* mask, int n, ptrdiff_t stride, std::vector<float>& buffer, Out out) {
+void split_line(const float* data, const uint8_t* mask, int n, ptrdiff_t stride, std::vector<float>& buffer,
+                Out out) {
   buffer.resize(size_t(n) + 4);
   float *const low = buffer.data(), *const high = low + n / 2 + 2;
   for (int i = 0; i < n;) {
@@ -28,7 +29,8 @@ void split_line(const float* data, const uint8_t* mask, int n, ptrdiff_t stride,
     lift_even(low, high, begin, end, kLift[1], true);
     lift_odd(low, high, begin, end, kLift[2], true);
     lift_even(low, high, begin, end, kLift[3], false);
-    for (int g = begin; g < end; g++) out(g & 1, g / 2, g & 1 ? high[g / 2] * kHighScale : low[g / 2] * kLowScale);
+    for (int g = begin; g < end; g++)
+      out(g & 1, g / 2, g & 1 ? high[g / 2] * kHighScale : low[g / 2] * kLowScale);
   }
 }
 

@@ -41,7 +41,8 @@ struct PatchPlanes {
   std::vector<int32_t> q;
 };
 
-PatchPlanes read_mask(CountingDecoder& coder, MaskModels& models, const PatchHeader& patch, uint32_t& pixels) {
+PatchPlanes read_mask(CountingDecoder& coder, MaskModels& models, const PatchHeader& patch,
+                      uint32_t& pixels) {
   const size_t stride = mask_stride(patch.width);
   std::vector<uint8_t> buffer(mask_buffer(patch.width, patch.height), 0);
   uint8_t* const rows = buffer.data() + kMaskAbove * stride + kMaskBefore;

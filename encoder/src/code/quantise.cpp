@@ -66,7 +66,8 @@ double quantise_band(Coder& coder, CoefficientModels& models, const WaveletImage
   return squared * step * step;
 }
 
-template double quantise_band(RangeEncoder&, CoefficientModels&, const WaveletImage&, int, int, float, float, int32_t*);
+template double quantise_band(RangeEncoder&, CoefficientModels&, const WaveletImage&, int, int, float, float,
+                              int32_t*);
 template double quantise_band(CountingCoder&, CoefficientModels&, const WaveletImage&, int, int, float, float,
                               int32_t*);
 

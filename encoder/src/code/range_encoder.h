@@ -28,8 +28,8 @@ class RangeEncoder {
   // Bytes written so far, about: what is in the coder's registers is not counted.
   size_t size() const { return bytes_.size() + pending_; }
 
-  // The bytes. Of all numbers in the last interval the one with the most trailing zeros is taken; zeros at the end
-  // are left out, since the decoder makes them up.
+  // The bytes. Of all numbers in the last interval the one with the most trailing zeros is taken; zeros at
+  // the end are left out, since the decoder makes them up.
   std::vector<uint8_t> finish() {
     for (int zeros = 32; zeros >= 0; zeros--) {
       const uint64_t mask = (uint64_t(1) << zeros) - 1;

@@ -41,7 +41,8 @@ void code_masks(RangeEncoder& coder, const std::vector<CodedPatch>& patches, Str
   }
 }
 
-std::vector<uint8_t> code_coefficients(const std::vector<CodedPatch>& patches, const StreamPlacement& placement) {
+std::vector<uint8_t> code_coefficients(const std::vector<CodedPatch>& patches,
+                                       const StreamPlacement& placement) {
   RangeEncoder coder;
   const auto models = std::make_unique<CoefficientModels>();
   models->init();
@@ -78,8 +79,8 @@ uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t heig
   for (int y = 0; y < h; y++)
     for (int x = 0; x < w; x++) {
       if (!mask[size_t(y) * width + size_t(x)]) continue;
-      // inner: the four cells around close a fan; a cell of three whose missing pixel is the opposite one closes it
-      // too, since its triangle has both sides at this pixel
+      // inner: the four cells around close a fan; a cell of three whose missing pixel is the opposite one
+      // closes it too, since its triangle has both sides at this pixel
       auto closes = [&](int cx, int cy, int mx, int my) {
         return full(cx, cy) || (covered(cx, cy) && !mask[size_t(my) * width + size_t(mx)]);
       };
@@ -114,8 +115,8 @@ std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& coun
   put_float(out, s.scale);
   put_float(out, s.spacing);
   put_float(out, s.step);
-  for (uint32_t c : {parts.patches, parts.mask_pixels, counts.boundary_nodes, counts.vertices, counts.triangles,
-                     uint32_t(parts.table.size()), uint32_t(parts.coefficients.size())})
+  for (uint32_t c : {parts.patches, parts.mask_pixels, counts.boundary_nodes, counts.vertices,
+                     counts.triangles, uint32_t(parts.table.size()), uint32_t(parts.coefficients.size())})
     put_varint(out, c);
   out.insert(out.end(), parts.table.begin(), parts.table.end());
   out.insert(out.end(), parts.coefficients.begin(), parts.coefficients.end());

@@ -13,13 +13,20 @@ constexpr int kSteps = 12;           // of conjugate gradients; 3 come close alr
 
 using Vector = Eigen::VectorXf;
 
-// The normal equations A'A x = A'b. A pixel is coupled with its right, lower, and both diagonal neighbours below.
+// The normal equations A'A x = A'b. A pixel is coupled with its right, lower, and both diagonal neighbours
+// below.
 struct NormalEquations {
   Eigen::Index w;
   Vector centre, right, down, main, anti, b;
 
   NormalEquations(Eigen::Index width, Eigen::Index n)
-      : w(width), centre(Vector::Zero(n)), right(centre), down(centre), main(centre), anti(centre), b(centre) {}
+      : w(width),
+        centre(Vector::Zero(n)),
+        right(centre),
+        down(centre),
+        main(centre),
+        anti(centre),
+        b(centre) {}
 
   void add(Eigen::Index i, const Shares& s, float z, float weight) {
     const float a = s.a * weight, c = s.c * weight, d = s.d * weight, e = s.b * weight;

@@ -5,7 +5,15 @@
 
 namespace relief {
 
-enum class Cell : uint8_t { kNone, kMain, kAnti, kNoA, kNoB, kNoC, kNoD };  // a b / c d: (x,y) (x+1,y) / (x,y+1) (x+1,y+1)
+enum class Cell : uint8_t {
+  kNone,
+  kMain,
+  kAnti,
+  kNoA,
+  kNoB,
+  kNoC,
+  kNoD
+};  // a b / c d: (x,y) (x+1,y) / (x,y+1) (x+1,y+1)
 
 // Shares of the four pixels a, b, c, d in a point of a cell; covered is false where no triangle lies.
 struct Shares {
@@ -14,19 +22,26 @@ struct Shares {
 };
 
 inline Shares shares_in(Cell cell, float u, float v) {
-  auto below = [&] { return Shares{1 - u, u - v, 0, v, true}; };           // a b d
-  auto above = [&] { return Shares{1 - v, 0, v - u, u, true}; };           // a d c
-  auto lower = [&] { return Shares{1 - u - v, u, v, 0, true}; };           // a b c
-  auto upper = [&] { return Shares{0, 1 - v, 1 - u, u + v - 1, true}; };   // b d c
+  auto below = [&] { return Shares{1 - u, u - v, 0, v, true}; };          // a b d
+  auto above = [&] { return Shares{1 - v, 0, v - u, u, true}; };          // a d c
+  auto lower = [&] { return Shares{1 - u - v, u, v, 0, true}; };          // a b c
+  auto upper = [&] { return Shares{0, 1 - v, 1 - u, u + v - 1, true}; };  // b d c
   constexpr Shares kOutside = {0, 0, 0, 0, false};
   switch (cell) {
-    case Cell::kNone: return kOutside;
-    case Cell::kMain: return u >= v ? below() : above();
-    case Cell::kAnti: return u + v <= 1 ? lower() : upper();
-    case Cell::kNoA: return u + v >= 1 ? upper() : kOutside;
-    case Cell::kNoB: return v >= u ? above() : kOutside;
-    case Cell::kNoC: return u >= v ? below() : kOutside;
-    case Cell::kNoD: return u + v <= 1 ? lower() : kOutside;
+    case Cell::kNone:
+      return kOutside;
+    case Cell::kMain:
+      return u >= v ? below() : above();
+    case Cell::kAnti:
+      return u + v <= 1 ? lower() : upper();
+    case Cell::kNoA:
+      return u + v >= 1 ? upper() : kOutside;
+    case Cell::kNoB:
+      return v >= u ? above() : kOutside;
+    case Cell::kNoC:
+      return u >= v ? below() : kOutside;
+    case Cell::kNoD:
+      return u + v <= 1 ? lower() : kOutside;
   }
   return kOutside;
 }
@@ -55,15 +70,18 @@ inline std::vector<Cell> cells_of(const ElevationMap& map) {
   return cells;
 }
 
-// Calls visit(cell's pixel, shares, fine point, u, v) for the fine points of all cells (each point in one cell).
+// Calls visit(cell's pixel, shares, fine point, u, v) for the fine points of all cells (each point in one
+// cell).
 template <class Visit>
-void each_sample(const ElevationMap& map, const FineRaster& fine, const std::vector<Cell>& cells, Visit visit) {
+void each_sample(const ElevationMap& map, const FineRaster& fine, const std::vector<Cell>& cells,
+                 Visit visit) {
   for (uint32_t y = 0; y + 1 < map.height; y++)
     for (uint32_t x = 0; x + 1 < map.width; x++) {
       const size_t i = size_t(y) * map.width + x;
       for (int b = 0; b < kOversampling; b++)
         for (int a = 0; a < kOversampling; a++) {
-          const size_t j = (size_t(y) * kOversampling + size_t(b)) * fine.width + size_t(x) * kOversampling + size_t(a);
+          const size_t j =
+              (size_t(y) * kOversampling + size_t(b)) * fine.width + size_t(x) * kOversampling + size_t(a);
           if (!fine.owner[j]) continue;
           visit(i, shares_in(cells[i], float(a) / kOversampling, float(b) / kOversampling), j);
         }

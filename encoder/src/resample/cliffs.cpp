@@ -6,7 +6,7 @@
 namespace relief {
 namespace {
 
-constexpr double kTooFar = 0.7;   // spacings from the surface
+constexpr double kTooFar = 0.7;                       // spacings from the surface
 constexpr double kSteepCell = 1.5, kSteepEdge = 1.0;  // height differences that are looked at, spacings
 constexpr int kRounds = 12;
 
@@ -68,16 +68,16 @@ size_t cut_cliffs(ElevationMap& map, const Frame& frame, const DistanceToSurface
         }
     }
     if (pixels.empty()) break;
-    std::stable_sort(pixels.begin(), pixels.end(), [&](size_t a, size_t b) {
-      return bad[a] != bad[b] ? bad[a] > bad[b] : a < b;
-    });
+    std::stable_sort(pixels.begin(), pixels.end(),
+                     [&](size_t a, size_t b) { return bad[a] != bad[b] ? bad[a] > bad[b] : a < b; });
     std::vector<char> blocked(map.mask.size(), 0);  // one cut mends its neighbourhood: look again first
     for (size_t p : pixels) {
       if (blocked[p]) continue;
       map.mask[p] = 0;
       const int px = int(p % w), py = int(p / w);
       for (int y = std::max(0, py - 2); y <= std::min(int(map.height) - 1, py + 2); y++)
-        for (int x = std::max(0, px - 2); x <= std::min(int(w) - 1, px + 2); x++) blocked[size_t(y) * w + size_t(x)] = 1;
+        for (int x = std::max(0, px - 2); x <= std::min(int(w) - 1, px + 2); x++)
+          blocked[size_t(y) * w + size_t(x)] = 1;
     }
   }
   drop_unmeshable(map);

@@ -1,5 +1,5 @@
-// Cells of a map that bridge a cliff: the surface there belongs to other patches or is hidden, and the map's triangles
-// would run through empty space.
+// Cells of a map that bridge a cliff: the surface there belongs to other patches or is hidden, and the map's
+// triangles would run through empty space.
 #pragma once
 #include <functional>
 #include <vector>

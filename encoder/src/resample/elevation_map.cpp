@@ -26,8 +26,8 @@ void quantise_normal(const Vec3& n, int32_t& u, int32_t& v) {
 }
 
 // Faces of other labels within `reach` of the patch that face its plane.
-std::vector<int> ring_of(const Surface& s, const Partition& p, const PatchFaces& patch, int label, double reach,
-                         std::vector<int>& stamp, int mark) {
+std::vector<int> ring_of(const Surface& s, const Partition& p, const PatchFaces& patch, int label,
+                         double reach, std::vector<int>& stamp, int mark) {
   std::vector<int> ring;
   std::vector<Vec3> from;
   const Vec3 n = vec(patch.frame.n);
@@ -52,7 +52,8 @@ struct Projected {
   double x[3], y[3], z[3];
 };
 
-// Rasterises the faces of a patch and around it onto the fine grid (3.4) and tells for each point who owns it.
+// Rasterises the faces of a patch and around it onto the fine grid (3.4) and tells for each point who owns
+// it.
 class Rasteriser {
  public:
   Rasteriser(const Surface& s, const Ownership& o, const std::vector<PatchFaces>& patches, int index,
@@ -110,8 +111,10 @@ class Rasteriser {
     for (int k = 0; k < 3; k++)
       for (auto& [label, w] : o_.vertex[size_t(s_.faces[f][k])]) {
         auto it = std::find_if(weights_.begin(), weights_.end(), [&](auto& e) { return e.first == label; });
-        if (it == weights_.end()) weights_.push_back({label, w * share[k]});
-        else it->second += w * share[k];
+        if (it == weights_.end())
+          weights_.push_back({label, w * share[k]});
+        else
+          it->second += w * share[k];
       }
     int best = -1;
     double most = -1;
@@ -202,7 +205,8 @@ std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& 
 }
 
 ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
-                          const std::vector<PatchFaces>& patches, int index, double spacing, FineRaster& fine) {
+                          const std::vector<PatchFaces>& patches, int index, double spacing,
+                          FineRaster& fine) {
   const PatchFaces& patch = patches[size_t(index)];
   ElevationMap map;
   map.spacing = spacing;
@@ -229,7 +233,9 @@ ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
 void drop_unmeshable(ElevationMap& map) {
   const int w = int(map.width), h = int(map.height);
   auto& m = map.mask;
-  auto in = [&](int x, int y) { return x >= 0 && y >= 0 && x < w && y < h && m[size_t(y) * size_t(w) + size_t(x)]; };
+  auto in = [&](int x, int y) {
+    return x >= 0 && y >= 0 && x < w && y < h && m[size_t(y) * size_t(w) + size_t(x)];
+  };
   auto covered = [&](int x, int y) { return in(x, y) + in(x + 1, y) + in(x, y + 1) + in(x + 1, y + 1) >= 3; };
   for (bool changed = true; changed;) {
     changed = false;

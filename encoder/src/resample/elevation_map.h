@@ -39,10 +39,12 @@ std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& 
 
 // Samples a patch. The mask is not cleaned yet; it is empty if no pixel of the grid belongs to the patch.
 ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
-                          const std::vector<PatchFaces>& patches, int index, double spacing, FineRaster& fine);
+                          const std::vector<PatchFaces>& patches, int index, double spacing,
+                          FineRaster& fine);
 
-// Makes a mask fit for meshing: fills holes of at most 12 pixels, drops islands of fewer than 4, pixels in no triangle
-// and pixels where the border touches itself. New pixels get the elevation of the raster. Updates map.pixels.
+// Makes a mask fit for meshing: fills holes of at most 12 pixels, drops islands of fewer than 4, pixels in no
+// triangle and pixels where the border touches itself. New pixels get the elevation of the raster. Updates
+// map.pixels.
 void clean_mask(ElevationMap& map, const FineRaster& fine);
 
 // Drops islands of fewer than 8 pixels beside larger ones: alone they would close to specks.

@@ -72,8 +72,10 @@ void LabelWeights::add(int label, float weight) {
     }
     if (e.second < least->second) least = &e;
   }
-  if (count_ < kMost) entry_[count_++] = {label, weight};
-  else if (least->second < weight) *least = {label, weight};
+  if (count_ < kMost)
+    entry_[count_++] = {label, weight};
+  else if (least->second < weight)
+    *least = {label, weight};
 }
 
 void LabelWeights::drop_below(float weight) {
@@ -96,7 +98,8 @@ Ownership diffuse_labels(const Surface& surface, const Partition& partition, int
   const double tiny = surface.total_area / double(surface.faces.size()) * 1e-6;
   for (size_t f = 0; f < surface.faces.size(); f++)
     if (partition.label[f] >= 0)
-      for (int v : surface.faces[f]) o.vertex[size_t(v)].add(partition.label[f], float(surface.areas[f] + tiny));
+      for (int v : surface.faces[f])
+        o.vertex[size_t(v)].add(partition.label[f], float(surface.areas[f] + tiny));
   for (LabelWeights& w : o.vertex) {
     float sum = 0;
     for (auto& [l, x] : w) sum += x;

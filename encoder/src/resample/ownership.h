@@ -1,5 +1,5 @@
-// Which patch owns a point of the surface: labels of faces, diffused over the vertices, so that the borders of the masks
-// are smooth at a scale below the triangles.
+// Which patch owns a point of the surface: labels of faces, diffused over the vertices, so that the borders
+// of the masks are smooth at a scale below the triangles.
 #pragma once
 #include <utility>
 #include <vector>
@@ -30,7 +30,8 @@ class LabelWeights {
 };
 
 struct Ownership {
-  std::vector<LabelWeights> vertex;  // weights of labels at each vertex, sum 1; empty: no face around has a label
+  std::vector<LabelWeights>
+      vertex;  // weights of labels at each vertex, sum 1; empty: no face around has a label
 
   // The only label at the corners of a face, or -1 if there are several.
   int only_label(const std::array<int, 3>& face) const;
