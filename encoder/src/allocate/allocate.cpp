@@ -19,6 +19,8 @@ constexpr double kMaskBitsPerNode = 2.6, kTableBits = 64;
 constexpr int kFirstResolution = 14;  // a little coarser than the input's spacing, which is index 16
 constexpr int kFinest = 40, kStride = 2;
 constexpr size_t kFewPixels = 6;
+// No map has many more pixels than this, for each face and beyond: finer than what the faces hold gains nothing.
+constexpr double kPixelsPerFace = 32, kPixelsBeyond = 1024;
 
 // Cuts the rectangle down to the mask.
 ElevationMap crop(const ElevationMap& map) {
@@ -40,6 +42,16 @@ ElevationMap crop(const ElevationMap& map) {
     out.z.insert(out.z.end(), map.z.begin() + ptrdiff_t(i + x0), map.z.begin() + ptrdiff_t(i + x1 + 1));
   }
   return out;
+}
+
+// The finest resolution that is tried.
+int finest_resolution(const AllocationInput& in, size_t patch) {
+  double area = 0;
+  for (int f : in.patches[patch].own) area += in.surface.areas[size_t(f)];
+  const double pixels = kPixelsPerFace * double(in.patches[patch].own.size()) + kPixelsBeyond;
+  if (area <= 0) return kFirstResolution;
+  const double spacing = std::sqrt(area / pixels);
+  return std::clamp(int(std::lround(4 * std::log2(in.spacing / spacing))), kFirstResolution, kFinest);
 }
 
 // What it costs to leave a patch away: its area at the distance of its size.
@@ -156,14 +168,15 @@ Allocator::Choice Allocator::choose(double lambda) {
   train(lambda);
   const int coarsest = coarsest_resolution();
   tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
+    const int finest = finest_resolution(in_, p);
     int best = start_[p];
     double least = cost(p, best, lambda);
-    while (candidate(p, best).empty() && best + kStride <= kFinest) {
+    while (candidate(p, best).empty() && best + kStride <= finest) {
       best += kStride;
       least = cost(p, best, lambda);
     }
     auto better = [&](int k) {
-      if (k < coarsest || k > kFinest) return false;
+      if (k < coarsest || k > finest) return false;
       const double c = cost(p, k, lambda);
       if (!(c < least)) return false;
       best = k, least = c;
