@@ -654,7 +654,8 @@ Built build(std::vector<Picture> pictures, Random& random) {
   for (size_t i = 0; i < b.maps.size(); i++)
     coded.push_back({{b.maps[i].width, b.maps[i].height, int32_t(100 * i), 0, 0, 0, 0, 0, 0},
                      b.maps[i].mask.data(),
-                     &b.images[i]});
+                     &b.images[i],
+                     b.maps[i].z.data()});
   b.parts = code_stream(coded, b.placement);
   return b;
 }

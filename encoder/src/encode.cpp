@@ -10,15 +10,17 @@
 #include "partition/partition.h"
 #include "relief/encoder.h"
 #include "seams.h"
+#include "specks.h"
 
 namespace relief {
 namespace {
 
-constexpr size_t kErrorSamples = 300000;
+// Samples each way while searching, and for the last word: a few of them on thin parts carry much of the error.
+constexpr size_t kErrorSamples = 300000, kFinalSamples = 1200000, kFewestSamples = 60000;
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
-constexpr double kSamplingMargin = 0.005;
+constexpr double kSamplingMargin = 0.008;
 constexpr int kMaxTrials = 12;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
@@ -55,7 +57,7 @@ struct Job {
   Partition partition;
   Ownership ownership;
   std::vector<PatchFaces> patches;
-  std::unique_ptr<ErrorMeter> meter;
+  std::unique_ptr<ErrorMeter> meter, final_meter;
   double spacing = 0;  // mean spacing of the input's vertices
   bool closed = true;
   std::unique_ptr<Allocator> allocator;
@@ -102,7 +104,9 @@ void prepare(Job& m, Stopwatch& watch) {
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
   m.topology = topology(as_mesh(m.surface));
   watch.lap("surface");
-  m.meter = std::make_unique<ErrorMeter>(m.mesh, kErrorSamples);
+  auto samples = [&](size_t most) { return std::clamp(8 * m.surface.faces.size(), kFewestSamples, most); };
+  m.meter = std::make_unique<ErrorMeter>(m.mesh, samples(kErrorSamples));
+  m.final_meter = std::make_unique<ErrorMeter>(m.mesh, samples(kFinalSamples));
   watch.lap("measure");
   report(m.options, "partition", 0.05);
   PartitionOptions p;
@@ -125,23 +129,29 @@ Trial try_lambda(const Job& m, double lambda, bool thorough, Stopwatch& watch) {
   const Allocator::Choice choice =
       m.options.density > 0 ? m.allocator->fixed(lambda, m.options.density) : m.allocator->choose(lambda);
   double spacing, step;
-  const std::vector<CodedPatch> patches = m.allocator->coded(choice, spacing, step, trial.patch_number);
+  std::vector<CodedPatch> patches = m.allocator->coded(choice, spacing, step, trial.patch_number);
   watch.lap("allocate");
   if (patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
   StreamPlacement placement = {{},          float(m.surface.scale), float(spacing),
                                float(step), float(kTrade),          m.closed};
   for (int k = 0; k < 3; k++) placement.origin[k] = float(m.surface.origin[k]);
-  const StreamParts parts = code_stream(patches, placement);
+  StreamParts parts = code_stream(patches, placement);
   watch.lap("code");
   DecodedMesh decoded;
   const SeamsInput input = {m.surface, m.topology, distance_to(m), m.closed, spacing};
+  std::list<CleanedPatch> cleaned;
+  if (thorough) {
+    find_seams(parts, input, false, decoded);
+    if (remove_specks(decoded, m.topology.components, patches, trial.patch_number, cleaned))
+      parts = code_stream(patches, placement);
+  }
   const Seams seams = find_seams(parts, input, thorough, decoded);
   const TriangleMesh& result = decoded.mesh;
   trial.stream = assemble(
       parts, {parts.boundary_nodes, uint32_t(result.positions.size()), uint32_t(result.triangles.size())},
       seams);
   watch.lap("decode");
-  const SurfaceError e = m.meter->measure(result);
+  const SurfaceError e = (thorough ? m.final_meter : m.meter)->measure(result);
   trial.error = e.rms / e.diagonal;
   watch.lap("measure");
   return trial;
@@ -219,7 +229,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
 EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
-  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, 0, true, nullptr};
+  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, nullptr, 0, true, nullptr};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)

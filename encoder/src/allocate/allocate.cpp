@@ -248,7 +248,8 @@ std::vector<CodedPatch> Allocator::coded(const Choice& choice, double& spacing, 
     coded.push_back({{c.map.width, c.map.height, c.map.x0, c.map.y0, c.map.z0, in_.patches[p].u,
                       in_.patches[p].v, k, std::min(k, int(kMaxStepIndex))},
                      c.map.mask.data(),
-                     &c.image});
+                     &c.image,
+                     c.map.z.data()});
   }
   return coded;
 }

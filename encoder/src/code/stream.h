@@ -13,6 +13,7 @@ struct CodedPatch {
   PatchHeader header;
   const uint8_t* mask;        // width * height
   const WaveletImage* image;  // of the elevations, without z0
+  const float* z;             // the elevations; width * height
 };
 
 struct StreamPlacement {
