@@ -187,6 +187,16 @@ TEST_F(CommandLine, SaysWhatPassesThrough) {
   EXPECT_EQ(run("encode in.glb out.glb --quiet").err, "");
 }
 
+TEST_F(CommandLine, PartsOfASceneThatMissTheErrorStayAsTheyAre) {
+  SceneBuilder scene;
+  scene.mesh({scene.primitive(make_torus(24, 12))}, "pot");
+  scene.save(folder / "in.glb");
+  Result encoded = run("encode in.glb out.glb --error 1e-9");
+  EXPECT_EQ(encoded.code, 0);
+  expect_one_line(encoded);
+  EXPECT_EQ(read_bytes(folder / "in.glb"), read_bytes(folder / "out.glb"));
+}
+
 TEST_F(CommandLine, HelpTeaches) {
   EXPECT_EQ(run("--help").code, 0);
   EXPECT_EQ(run("--version").out.rfind("relief ", 0), 0u);

@@ -297,6 +297,29 @@ TEST(Compress, NothingToDoGivesTheSameScene) {
   EXPECT_EQ(read_bytes(in), read_bytes(folder / "out.glb"));
 }
 
+TEST(Compress, SeveralBuffersBecomeOne) {
+  TemporaryFolder folder;
+  SceneBuilder scene;
+  TestJson points = scene.primitive(make_cube(2));
+  points["mode"] = 0;
+  scene.mesh({points});
+  scene.glb();
+  scene.json["buffers"][0]["uri"] = "one.bin";
+  write_bytes(folder / "one.bin", scene.binary);
+  write_bytes(folder / "two.bin", {1, 2, 3, 4, 5, 6, 7, 8});
+  scene.json["buffers"].push_back({{"uri", "two.bin"}, {"byteLength", 8}});
+  scene.json["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", 4}, {"byteLength", 4}});
+  size_t spare = scene.json["bufferViews"].size() - 1;  // nothing refers to it, but that is not our business
+  write_text(folder / "in.gltf", scene.json.dump());
+  compress(folder / "in.gltf", folder / "out.glb");
+  Glb after = read_glb(folder / "out.glb");
+  EXPECT_EQ(after.json["buffers"].size(), 1u);
+  EXPECT_EQ(after.binary.size(), (scene.binary.size() + 3) / 4 * 4 + 8);
+  EXPECT_EQ(after.view(spare), (TestBytes{5, 6, 7, 8}));
+  EXPECT_EQ(after.json["accessors"], scene.json["accessors"]);
+  keep(folder / "out.glb");
+}
+
 TEST(Compress, SaysWhyAPrimitivePassesThrough) {
   TriangleMesh sphere = make_bumpy_sphere(4);
   auto with_attribute = [](const char* name) {

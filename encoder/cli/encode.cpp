@@ -37,6 +37,9 @@ std::vector<PrimitiveReport> encode_scene(const Arguments& arguments, ProgressBa
     options.progress = [&](const char* stage, double part) { bar.show(stage, done + share * part); };
     EncodeResult result = encode(mesh, options);
     done += share;
+    // Low-poly parts of a scene may be out of reach of the target; then they stay as they are.
+    if (!result.target_met && options.bytes == 0 && options.bits_per_vertex == 0)
+      throw InputError(format("its target could not be met: E_rms %.3f", result.error * 1e4));
     return result;
   });
 }
@@ -114,17 +117,23 @@ void print_text(const Arguments& arguments, const Encoded& encoded) {
 
 // Lines on stderr about what was left out or repaired; returns whether all targets were met.
 bool report_shortfalls(const Arguments& arguments, const std::vector<PrimitiveReport>& primitives) {
+  constexpr size_t kMostLines = 20;
   bool target_met = true;
+  size_t passed = 0;
   for (const PrimitiveReport& p : primitives) {
     for (const std::string& warning : p.result.warnings)
       note(arguments.common, arguments.in, p.name + ": warning: " + warning);
-    if (!p.compressed) note(arguments.common, arguments.in, p.name + ": passed through: " + p.reason);
+    if (!p.compressed && passed++ < kMostLines)
+      note(arguments.common, arguments.in, p.name + ": passed through: " + p.reason);
     if (!p.compressed || p.result.target_met) continue;
     target_met = false;
     note(arguments.common, arguments.out,
          format("%s: the target could not be met; written: %s bytes with E_rms %.3f", p.name.c_str(),
                 with_commas(p.bytes_after).c_str(), p.result.error * 1e4));
   }
+  if (passed > kMostLines)
+    note(arguments.common, arguments.in,
+         format("%zu more primitives passed through (--json lists them)", passed - kMostLines));
   return target_met;
 }
 

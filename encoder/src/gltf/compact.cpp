@@ -274,6 +274,9 @@ void compact(Document& document, const std::set<size_t>& released, const std::se
 
   std::vector<View> views = list_views(document, shrunk);
   Packing packing(document.buffers.size());
+  bool keep_all = released.empty() && touched.empty();
+  for (size_t b = 0; keep_all && b < document.buffers.size(); b++)
+    packing.keep(b, {0, document.buffers[b].size()});
   keep_views(document, views, packing);
   Bytes packed = packing.pack(document.buffers);
   move_views(document, views, packing);

@@ -14,6 +14,10 @@ namespace relief {
 
 namespace {
 
+// About what a compressed primitive adds to the JSON: a buffer view, the extension, mostly an accessor of
+// normals.
+constexpr uint64_t kJsonBytes = 150;
+
 struct Primitive {
   size_t mesh, number;
   PrimitiveReport report;
@@ -89,6 +93,8 @@ void read_candidates(Document& document, const tinygltf::Model& model, std::vect
     if (p.geometry.triangles.empty()) p.report.reason = "has no triangles";
     for (size_t input : p.inputs)
       p.report.bytes_before += input_bytes(document, json_of(document, p), p.report.vertices, input);
+    if (p.candidate() && p.report.bytes_before <= kJsonBytes)
+      p.report.reason = "would not shrink: " + std::to_string(p.report.bytes_before) + " bytes are too few";
   }
 }
 
@@ -174,8 +180,8 @@ std::vector<Uses> count_uses(Document& document, const std::vector<Primitive>& p
   return uses;
 }
 
-// A stream must be smaller than the bytes that leave the file for it. Refusing one keeps its accessors in the
-// file, and so may make another one not worth while: repeated until nothing changes.
+// A stream, with its JSON, must be smaller than the bytes that leave the file for it. Refusing one keeps its
+// accessors in the file, and so may make another one not worth while: repeated until nothing changes.
 void refuse_growing(Document& document, std::vector<Primitive>& primitives) {
   for (bool changed = true; changed;) {
     changed = false;
@@ -187,7 +193,7 @@ void refuse_growing(Document& document, std::vector<Primitive>& primitives) {
       for (size_t input : p.inputs)
         if (uses[input].all == uses[input].candidates)
           freed += input_bytes(document, json_of(document, p), p.report.vertices, input);
-      if (p.report.bytes_after < freed) continue;
+      if (p.report.bytes_after + kJsonBytes < freed) continue;
       changed = true;
       refused[p.key] = "would not shrink: " + std::to_string(freed) + " bytes, compressed " +
                        std::to_string(p.report.bytes_after);

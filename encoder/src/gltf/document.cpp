@@ -223,6 +223,8 @@ void write_glb(Document& document, const fs::path& out) {
   std::string text = document.json.dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
   bool has_data = !document.buffers.empty() && !document.buffers[0].empty();
+  if (!has_data && !document.buffers.empty() && document.json["buffers"][0]["byteLength"] != 0u)
+    throw InputError("buffer 0 has no data for the GLB's binary chunk");
   Bytes none, &binary = has_data ? document.buffers[0] : none;
   binary.resize((binary.size() + 3) / 4 * 4);
   uint64_t length = 12 + 8 + text.size() + (has_data ? 8 + binary.size() : 0);
