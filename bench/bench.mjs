@@ -18,7 +18,7 @@ async function measureModel(file) {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'relief-bench-'));
   try {
     const mesh = readPly(file);
-    const model = { mesh, folder, quick, ply: path.join(folder, 'model.ply') };
+    const model = { mesh, folder, quick, leftOut: [], ply: path.join(folder, 'model.ply') };
     writePly(model.ply, mesh);
     const points = [];
     const record = ({ file: decoded, ...point }) => {
@@ -29,7 +29,8 @@ async function measureModel(file) {
     for (const peer of [relief, draco, simplifyDraco, gltfpack]) await peer(model, record);
     const decoding = await decodeTimes(model);
     for (const [who, time] of Object.entries(decoding.times)) console.log(`${name}: ${who}: ${time.median.toFixed(1)} ms`);
-    return { name, vertices: mesh.positions.length / 3, triangles: mesh.indices.length / 3, points, decoding };
+    for (const line of model.leftOut) console.log(`${name}: left out: ${line}`);
+    return { name, leftOut: model.leftOut, vertices: mesh.positions.length / 3, triangles: mesh.indices.length / 3, points, decoding };
   } finally {
     fs.rmSync(folder, { recursive: true });
   }

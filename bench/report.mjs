@@ -27,7 +27,7 @@ function bytesByLevel(points) {
   })]));
 }
 
-function modelReport({ name, vertices, triangles, points, decoding }) {
+function modelReport({ name, vertices, triangles, points, decoding, leftOut }) {
   const peers = [...new Set(points.map(point => point.peer))];
   const times = Object.entries(decoding.times).map(([who, t]) => [who, t.median.toFixed(1), t.min.toFixed(1), t.max.toFixed(1)]);
   const all = [...points].sort((a, b) => peers.indexOf(a.peer) - peers.indexOf(b.peer) || a.bytes - b.bytes)
@@ -45,7 +45,7 @@ Decoding: Relief at E = 1 (${whole.format(decoding.reliefBytes)} bytes, ${whole.
 ${table(['decoder', 'median', 'least', 'most'], times)}
 All measurements:
 
-${table(['peer', 'settings', 'bytes', 'bits per vertex', 'E', 'E_max'], all)}`;
+${table(['peer', 'settings', 'bytes', 'bits per vertex', 'E', 'E_max'], all)}${leftOut.map(line => `\nLeft out: ${line}.\n`).join('')}`;
 }
 
 export function report({ commit, date, machine, models }) {
