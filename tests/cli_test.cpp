@@ -83,6 +83,13 @@ TEST_F(CommandLine, EncodesDecodesComparesAndInforms) {
 
   Result decoded = run("decode t.glb t.ply --json");
   ASSERT_EQ(decoded.code, 0) << decoded.err;
+  Result part = run("decode t.glb part.ply --smooth --json --bytes " +
+                    std::to_string(report["primitives"][0]["bytes_after"].get<size_t>() - 40));
+  ASSERT_EQ(part.code, 0) << part.err;
+  EXPECT_GT(part.json()["triangles"].get<size_t>(), 0u);
+  Result none = run("decode t.glb part.ply --bytes 10");
+  EXPECT_EQ(none.code, 1);
+  EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1) << none.err;
   Result info = run("info t.glb --json");
   ASSERT_EQ(info.code, 0) << info.err;
   TestJson stream = info.json()["streams"][0];
@@ -90,7 +97,8 @@ TEST_F(CommandLine, EncodesDecodesComparesAndInforms) {
   EXPECT_EQ(stream["vertex_count"], decoded.json()["vertices"]);
   EXPECT_EQ(stream["triangle_count"], decoded.json()["triangles"]);
   EXPECT_EQ(stream["bytes_header"].get<uint64_t>() + stream["bytes_side"].get<uint64_t>() +
-                stream["bytes_masks"].get<uint64_t>() + stream["bytes_coefficients"].get<uint64_t>(),
+                stream["bytes_masks"].get<uint64_t>() + stream["bytes_coefficients"].get<uint64_t>() +
+                stream["bytes_seams"].get<uint64_t>(),
             stream["bytes"].get<uint64_t>());
   EXPECT_EQ(stream["patches"].size(), stream["patch_count"].get<size_t>());
   keep_for_validator(folder / "t.glb", "cli-encode.glb");

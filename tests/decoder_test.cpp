@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "container.h"
 #include "decoded.h"
 #include "golden.h"
 
@@ -50,9 +51,9 @@ size_t components_of(const Decoded& d) {
 constexpr relief_limits kSmall = {1 << 10, 1 << 16, 1 << 16};
 
 // No stream within the limits may ask for more memory than this: the planes of a pyramid take at most 8
-// elements a pixel (container.cpp), and a vertex can be a border node.
+// elements a pixel and 640 a patch (container.cpp), and a vertex can be a border node.
 uint64_t workspace_bound(const relief_limits& l) {
-  return (1 << 20) + 128 * uint64_t(l.max_patches) + 96 * uint64_t(l.max_pixels) +
+  return (1 << 20) + 3400 * uint64_t(l.max_patches) + 96 * uint64_t(l.max_pixels) +
          512 * uint64_t(l.max_vertices);
 }
 
@@ -425,6 +426,7 @@ void mutate(const char* name, int rounds) {
     seen[expect_error_or_good_mesh(bytes, std::string(name) + ", change " + std::to_string(i))]++;
     if (::testing::Test::HasFailure()) return;
   }
+  std::printf("%s: %d of %d decode, each to a manifold mesh\n", name, seen[RELIEF_OK], rounds);
   // the test reaches behind the first checks
   EXPECT_GT(seen[RELIEF_OK], rounds / 20);
   EXPECT_GT(seen[RELIEF_ERROR_CORRUPT], rounds / 20);
@@ -435,6 +437,12 @@ TEST(Hostile, RandomChangesOfATorus) { mutate("torus", 20000); }
 TEST(Hostile, RandomChangesOfAHemisphere) { mutate("hemisphere", 15000); }
 TEST(Hostile, RandomChangesOfTwoSpheres) { mutate("nested-spheres", 5000); }
 
+uint32_t seam_bytes(const std::vector<uint8_t>& stream) {
+  Parsed parsed;
+  EXPECT_EQ(parse_header(stream.data(), stream.size(), relief_default_limits, parsed), RELIEF_OK);
+  return parsed.header.seam_bytes;
+}
+
 TEST(Hostile, RandomBytesAfterTheMasks) {
   std::mt19937 random(7);
   for (const Golden& g : golden()) {
@@ -444,9 +452,8 @@ TEST(Hostile, RandomBytesAfterTheMasks) {
       for (size_t k = masks_end; k < bytes.size(); k++) bytes[k] = uint8_t(random());
       const relief_status status =
           expect_error_or_good_mesh(bytes, g.name + ", noise " + std::to_string(i), g.closed);
-      // whatever the heights are, there is a mesh (an open surface has a list of holes behind, which may be
-      // malformed)
-      if (g.closed) {
+      // whatever the heights are, there is a mesh (unless the seams behind, which may be malformed now)
+      if (seam_bytes(g.stream) == 0) {
         EXPECT_EQ(status, RELIEF_OK) << g.name << ", noise " << i;
       }
     }

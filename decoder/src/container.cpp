@@ -47,8 +47,8 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   h.spacing = read_float(p + 21);
   h.step = read_float(p + 25);
   p += kFixed;
-  uint32_t* const counts[] = {&h.patch_count,    &h.mask_pixels, &h.boundary_nodes,   &h.vertex_count,
-                              &h.triangle_count, &h.table_bytes, &h.coefficient_bytes};
+  uint32_t* const counts[] = {&h.patch_count,    &h.mask_pixels, &h.boundary_nodes,    &h.vertex_count,
+                              &h.triangle_count, &h.table_bytes, &h.coefficient_bytes, &h.seam_bytes};
   for (uint32_t* c : counts)
     if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
   // positions stay finite: |origin| + scale * limit < 2^127
@@ -66,8 +66,10 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
   const size_t left = size - parsed.coefficients_begin;
-  parsed.seams_begin =
-      h.coefficient_bytes <= left ? parsed.coefficients_begin + h.coefficient_bytes : size + 1;
+  parsed.cut = h.coefficient_bytes > left || h.seam_bytes > left - h.coefficient_bytes;
+  if (!parsed.cut && h.seam_bytes < left - h.coefficient_bytes)
+    return RELIEF_ERROR_CORRUPT;  // bytes too many
+  parsed.coefficient_bytes = h.coefficient_bytes <= left ? h.coefficient_bytes : left;
   return RELIEF_OK;
 }
 
@@ -84,7 +86,9 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
     const uint64_t scratch = wavelet_scratch(patch.width, patch.height);
     t.pixels += pixels;
     t.planes += pyramid_of(patch.width, patch.height).size;
-    if (t.pixels > limits.max_pixels || t.planes > uint64_t(limits.max_pixels) * 8) return RELIEF_ERROR_LIMIT;
+    // margins of the bands: some elements a patch beyond a multiple of the pixels
+    if (t.pixels > limits.max_pixels || t.planes > uint64_t(limits.max_pixels) * 8 + uint64_t(i + 1) * 640)
+      return RELIEF_ERROR_LIMIT;
     t.scratch = scratch > t.scratch ? scratch : t.scratch;
     t.max_width = patch.width > t.max_width ? patch.width : t.max_width;
     t.max_pixels = pixels > t.max_pixels ? pixels : t.max_pixels;

@@ -18,7 +18,9 @@ struct Totals {
 struct Parsed {
   StreamHeader header;
   Totals totals;
-  size_t table_begin, coefficients_begin, seams_begin;  // offsets of the parts
+  size_t table_begin, coefficients_begin;  // offsets of the parts
+  size_t coefficient_bytes;                // that are here
+  bool cut;                                // the bytes end early
 };
 
 // Reads a little-endian base-128 number of at most 5 bytes.

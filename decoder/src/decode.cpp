@@ -9,6 +9,7 @@
 #include "mask.h"
 #include "mesh.h"
 #include "normals.h"
+#include "smooth.h"
 #include "wavelet.h"
 
 namespace relief {
@@ -122,14 +123,6 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
-// Whether both lists of the seams are there: a prefix may stop inside of them, and is then one without.
-bool seams_complete(const uint8_t* p, const uint8_t* end) {
-  for (int list = 0; list < 2; list++)
-    for (uint32_t difference = 1; difference;)
-      if (!read_varint(p, end, difference)) return p != end;  // malformed: close_gaps says so
-  return true;
-}
-
 // Lattice to model coordinates.
 void place(const StreamHeader& h, MeshWriter& mesh) {
   for (uint32_t i = 0; i < mesh.vertex_count; i++)
@@ -140,7 +133,7 @@ void place(const StreamHeader& h, MeshWriter& mesh) {
 }
 
 relief_status run(const uint8_t* data, size_t size, const relief_limits* limits, Parsed& parsed, Workspace& w,
-                  relief_mesh* out, GapTrace* trace) {
+                  relief_mesh* out, bool smooth, GapTrace* trace) {
   const StreamHeader& h = parsed.header;
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
   relief_status status = parse_table(table, limits ? *limits : relief_default_limits, parsed, w.patches);
@@ -155,9 +148,8 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
   status = decode_masks(table, parsed, w);
   if (status != RELIEF_OK) return status;
 
-  const bool cut = parsed.seams_begin > size;
-  const size_t coefficients = cut ? size - parsed.coefficients_begin : h.coefficient_bytes;
-  RangeDecoder coder(data + parsed.coefficients_begin, coefficients, cut);
+  const uint8_t* const coefficients = data + parsed.coefficients_begin;
+  RangeDecoder coder(coefficients, parsed.coefficient_bytes, parsed.coefficient_bytes < h.coefficient_bytes);
   decode_coefficients(coder, parsed, w);
 
   MeshWriter mesh = {out->positions, out->indices, out->vertex_capacity, out->triangle_capacity, 0, 0};
@@ -169,11 +161,14 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
     const float s = spacing_of(h.spacing, w.patches[i]);
     if (s > spacing) spacing = s;
   }
-  const uint8_t* seams =
-      cut || !seams_complete(data + parsed.seams_begin, data + size) ? nullptr : data + parsed.seams_begin;
+  const uint8_t* seams = parsed.cut ? nullptr : coefficients + parsed.coefficient_bytes;
   const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, seams, data + size, trace};
   status = close_gaps(w.nodes, components, options, mesh, w.gaps);
   if (status != RELIEF_OK) return status;
+  if (smooth)  // in memory that is free again: planes have an element a pixel and more, gap closing takes
+               // more a node
+    smooth_nodes(w.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.q),
+                 reinterpret_cast<int64_t(*)[4]>(w.gaps));
   if (out->normals) vertex_normals(mesh, out->normals);
   place(h, mesh);
   out->vertex_count = mesh.vertex_count;
@@ -184,7 +179,7 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
 }  // namespace
 
 relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                            void* workspace, size_t workspace_size, GapTrace* trace) {
+                            void* workspace, size_t workspace_size, bool smooth, GapTrace* trace) {
   if (!mesh || !mesh->positions || !mesh->indices || !workspace) return RELIEF_ERROR_ARGUMENT;
   if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
   Parsed parsed;
@@ -194,7 +189,7 @@ relief_status decode_traced(const void* data, size_t size, const relief_limits* 
   Workspace w;
   if (lay_out(counted, parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
   lay_out(arena, parsed, w);
-  return run(static_cast<const uint8_t*>(data), size, limits, parsed, w, mesh, trace);
+  return run(static_cast<const uint8_t*>(data), size, limits, parsed, w, mesh, smooth, trace);
 }
 
 }  // namespace relief
@@ -234,5 +229,10 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
 
 extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode_traced(data, size, limits, mesh, workspace, workspace_size, nullptr);
+  return decode_traced(data, size, limits, mesh, workspace, workspace_size, false, nullptr);
+}
+
+extern "C" relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits,
+                                                relief_mesh* mesh, void* workspace, size_t workspace_size) {
+  return decode_traced(data, size, limits, mesh, workspace, workspace_size, true, nullptr);
 }

@@ -5,9 +5,8 @@
 
 namespace relief {
 
-// relief_decode that also notes where the triangles of each face between the patches begin (trace may be
-// null).
+// relief_decode or relief_decode_smoothed, which also fills in the trace (may be null).
 relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                            void* workspace, size_t workspace_size, GapTrace* trace);
+                            void* workspace, size_t workspace_size, bool smooth, GapTrace* trace);
 
 }  // namespace relief

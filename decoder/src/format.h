@@ -31,7 +31,7 @@ struct StreamHeader {
   float spacing, step;  // lattice units; of index 0
   uint32_t patch_count, mask_pixels, boundary_nodes, vertex_count, triangle_count;
   uint32_t table_bytes;  // range-coded patch table and masks
-  uint32_t coefficient_bytes;
+  uint32_t coefficient_bytes, seam_bytes;
 };
 
 // A power 2^(i/4) without libm: exact powers of two times one of four constants.

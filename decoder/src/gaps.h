@@ -5,21 +5,41 @@
 
 namespace relief {
 
+enum class LinkKind : uint8_t {
+  kPlain,
+  kDropped,  // the stream says that it is wrong
+  kHandle,   // the stream says that it may make a handle
+  kRefused,  // left out: would make a handle
+  kIn,       // put in
+  kMade,     // put in, and made a handle
+};
+
 // What the encoder wants to know of the faces between patches and of the links, to tell real holes from gaps
 // and wrong links from right ones. Unused by the decoder.
 struct GapTrace {
   uint32_t* first_triangle;  // of each face, in the order of faces
   uint32_t capacity, count;
-  uint32_t (*links)[2];  // vertices of each link, in the order of links
+  uint32_t (*links)[2];  // nodes of each link, in the order of links, before the seams change them
+  LinkKind* kind;        // what became of each link
   uint32_t link_capacity, link_count;
+  uint32_t* nodes;  // vertex of each
+  uint32_t node_capacity, node_count;
 };
+
+// Builds without an encoder leave the tracing away.
+#ifdef RELIEF_NO_TRACE
+constexpr bool kTracing = false;
+#else
+constexpr bool kTracing = true;
+#endif
 
 struct GapOptions {
   int32_t spacing;  // the largest grid spacing, lattice units
   bool closed;      // close every face
-  // The stream's last part, or null if it is missing or cut: two lists, of links to drop and of faces that
-  // stay open, each of differences between successive numbers (plus one), ended by zero. Without it no link
-  // is dropped, and open faces are guessed by their size.
+  // The stream's last part, or null if it is missing or cut. Four lists, each of rising numbers as
+  // differences (plus one) ended by zero: links to drop; links that may make a handle; nodes of links to add,
+  // each followed by the distance to the other node; faces that stay open. Empty lists at the end are left
+  // away. Without seams, open faces are guessed by their size.
   const uint8_t* seams;
   const uint8_t* seams_end;
   GapTrace* trace;  // may be null
@@ -34,8 +54,8 @@ constexpr uint64_t gap_vertices(uint64_t n) { return 7 * n; }
 constexpr uint64_t gap_triangles(uint64_t n) { return 15 * n; }
 
 // Adds the triangles to `mesh`. memory: gap_memory_bytes(nodes.count) bytes, aligned to 16.
-// However the nodes lie, the result is an oriented 2-manifold: the faces come from a rotation system (the
-// cyclic order of links around each node), which has no other kind of surface, and no edge is made twice.
+// However the nodes lie, the result is an oriented 2-manifold: the faces come from a rotation system (see
+// gap_links.cpp), which has no other kind of surface, and no edge is made twice.
 // Errors: OUTPUT; CORRUPT if the seams are malformed.
 relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptions& options, MeshWriter& mesh,
                          void* memory);

@@ -26,11 +26,11 @@ int with_threads(const Common& common, const std::function<int()>& f) {
   return f();
 }
 
-TriangleMesh load_mesh(const std::string& path) {
+TriangleMesh load_mesh(const std::string& path, const DecodeOptions& options) {
   return about(path, [&] {
-    if (lower_extension(path) != ".relief") return read_mesh(path);
+    if (lower_extension(path) != ".relief") return read_mesh(path, options);
     Bytes stream = read_file(path);
-    return decode(stream.data(), stream.size());
+    return decode(stream.data(), stream.size(), options);
   });
 }
 

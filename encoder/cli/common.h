@@ -46,7 +46,7 @@ auto about(const std::string& path, F f) {
 }
 
 // Any mesh or scene as triangles in world space, or what a .relief stream decodes to.
-TriangleMesh load_mesh(const std::string& path);
+TriangleMesh load_mesh(const std::string& path, const DecodeOptions& options = {});
 
 bool is_gltf(const std::string& path);
 

@@ -12,6 +12,7 @@ namespace {
 struct Arguments {
   Common common;
   std::string in, out;
+  DecodeOptions options;
 };
 
 struct Decoded {
@@ -19,9 +20,9 @@ struct Decoded {
   uint64_t vertices = 0, triangles = 0;
 };
 
-void count(Decoded& decoded, const std::vector<Bytes>& streams) {
+void count(Decoded& decoded, const std::vector<Bytes>& streams, const DecodeOptions& options) {
   for (const Bytes& stream : streams) {
-    TriangleMesh mesh = decode(stream.data(), stream.size());
+    TriangleMesh mesh = decode(stream.data(), stream.size(), options);
     decoded.vertices += mesh.positions.size();
     decoded.triangles += mesh.triangles.size();
   }
@@ -30,11 +31,11 @@ void count(Decoded& decoded, const std::vector<Bytes>& streams) {
 Decoded decode_file(const Arguments& arguments) {
   Decoded decoded;
   if (is_gltf(arguments.in) && is_gltf(arguments.out)) {
-    decoded.primitives = decompress_gltf(arguments.in, arguments.out);
-    count(decoded, read_streams(arguments.in));
+    decoded.primitives = decompress_gltf(arguments.in, arguments.out, arguments.options);
+    count(decoded, read_streams(arguments.in), arguments.options);
     return decoded;
   }
-  TriangleMesh mesh = load_mesh(arguments.in);
+  TriangleMesh mesh = load_mesh(arguments.in, arguments.options);
   decoded.primitives = is_gltf(arguments.in) ? read_streams(arguments.in).size() : 1;
   decoded.vertices = mesh.positions.size();
   decoded.triangles = mesh.triangles.size();
@@ -82,9 +83,18 @@ void add_decode(CLI::App& app, Run& run) {
   command->footer(
       "  relief decode scan.glb scan.ply       all triangles of the scene\n"
       "  relief decode scene.glb plain.glb     the scene, without compression\n"
-      "  relief decode scan.relief scan.obj    a bare stream");
+      "  relief decode scan.relief scan.obj    a bare stream\n"
+      "  relief decode scan.glb a.ply --bytes 9000   what the first 9000 bytes of the stream hold");
   command->add_option("IN", a->in, ".glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .ply .obj")->required();
+  command
+      ->add_option(
+          "--bytes", a->options.bytes,
+          "Use only the first N bytes of each stream: a coarser surface (see relief info for the least)")
+      ->type_name("N")
+      ->check(CLI::Range(uint64_t(1), UINT64_MAX));
+  command->add_flag("--smooth", a->options.smooth,
+                    "Smooth the seams between patches: for very coarse streams, where they show");
   add_common(*command, a->common);
   command->callback(
       [a, &run] { run = [a] { return with_threads(a->common, [a] { return run_decode(*a); }); }; });

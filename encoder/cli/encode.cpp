@@ -203,6 +203,10 @@ void add_encode(CLI::App& app, Run& run) {
                    "Grid spacing over the mean vertex spacing (default: chosen patch by patch)")
       ->type_name("MU")
       ->check(CLI::Range(0.05, 100.0));
+  command
+      ->add_option("--min-component", a->options.min_component,
+                   "Drop connected components of fewer triangles (default: keep all)")
+      ->type_name("N");
   command->add_flag("--no-fit", a->no_fit, "Sample elevations instead of fitting them by least squares");
   command->add_option("--patches", a->patches, "Also write the input, coloured by patch (.glb)")
       ->type_name("FILE");

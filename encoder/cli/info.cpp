@@ -43,6 +43,7 @@ Json json_of(const Stream& s) {
                {"scale", s.info.scale},
                {"masks_end", s.info.masks_end},
                {"bytes_header", s.ledger.header},
+               {"bytes_seams", s.ledger.seams},
                {"bytes_side", s.ledger.side},
                {"bytes_masks", s.ledger.masks},
                {"bytes_coefficients", s.ledger.coefficients},
@@ -76,6 +77,7 @@ void print_text(const Stream& s, bool patches) {
   for (size_t level = 0; level < s.ledger.by_level.size(); level++)
     print_share(format("  level %zu%s", level, level == 0 ? " (coarsest)" : "").c_str(),
                 s.ledger.by_level[level], s.bytes);
+  print_share("seams", s.ledger.seams, s.bytes);
   if (!patches) return;
   std::printf("  %6s %6s %6s %8s %12s  %s\n", "patch", "width", "height", "pixels", "spacing", "normal");
   for (size_t i = 0; i < s.ledger.patches.size(); i++) {

@@ -9,18 +9,19 @@
 #include "measure/surface_error.h"
 #include "partition/partition.h"
 #include "relief/encoder.h"
-#include "seams.h"
-#include "specks.h"
+#include "seams/seams.h"
 
 namespace relief {
 namespace {
 
-// Samples each way while searching, and for the last word: a few of them on thin parts carry much of the error.
+// Samples each way while searching, and for the last word: a few of them on thin parts carry much of the
+// error.
 constexpr size_t kErrorSamples = 300000, kFinalSamples = 1200000, kFewestSamples = 60000;
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
 constexpr double kSamplingMargin = 0.008;
+constexpr double kUsualSlope = 0.27;  // of the logarithm of error or bytes over that of lambda
 constexpr int kMaxTrials = 12;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
@@ -60,6 +61,7 @@ struct Job {
   std::unique_ptr<ErrorMeter> meter, final_meter;
   double spacing = 0;  // mean spacing of the input's vertices
   bool closed = true;
+  TriangleMesh kept;  // the surface, where components of the mesh were dropped
   std::unique_ptr<Allocator> allocator;
 };
 
@@ -67,7 +69,8 @@ struct Job {
 struct Trial {
   double lambda = 0;
   std::vector<uint8_t> stream;
-  double error = 0;  // fraction of the diagonal
+  double error = 0;   // fraction of the diagonal
+  Topology topology;  // of what it decodes to
   std::vector<int> patch_number;
 };
 
@@ -89,24 +92,53 @@ void report(const EncodeOptions& o, const char* stage, double done) {
   if (o.progress) o.progress(stage, done);
 }
 
-// The topology is that of the surface after repairs, not of the file.
-TriangleMesh as_mesh(const Surface& s) {
+// The surface after repairs, not the file.
+TriangleMesh in_model_units(const Surface& s) {
   TriangleMesh mesh;
-  for (const Vec3& v : s.vertices) mesh.positions.push_back({float(v.x()), float(v.y()), float(v.z())});
+  for (const Vec3& v : s.vertices) {
+    const Vec3 p = s.origin + s.scale * v;
+    mesh.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
+  }
   for (const auto& f : s.faces) mesh.triangles.push_back({uint32_t(f[0]), uint32_t(f[1]), uint32_t(f[2])});
   return mesh;
+}
+
+// Without components of fewer than so many triangles, but for the largest.
+void drop_components(const TriangleMesh& mesh, size_t least, Surface& surface) {
+  std::vector<size_t> faces(surface.component_area.size(), 0);
+  for (int c : surface.component) faces[size_t(c)]++;
+  const size_t largest = faces.empty() ? 0 : *std::max_element(faces.begin(), faces.end());
+  const auto dropped =
+      std::count_if(faces.begin(), faces.end(), [&](size_t n) { return n < std::min(least, largest); });
+  if (dropped == 0) return;
+  TriangleMesh kept;
+  kept.positions = mesh.positions;
+  std::vector<int> source;
+  for (size_t f = 0; f < surface.faces.size(); f++)
+    if (faces[size_t(surface.component[f])] >= std::min(least, largest)) {
+      source.push_back(surface.source[f]);
+      kept.triangles.push_back(mesh.triangles[size_t(surface.source[f])]);
+    }
+  std::vector<std::string> warnings = std::move(surface.warnings);
+  warnings.push_back("dropped " + std::to_string(dropped) + " small component" + (dropped > 1 ? "s" : "") +
+                     ", " + std::to_string(surface.faces.size() - source.size()) + " triangles, as asked");
+  surface = build_surface(kept);
+  for (int& s : surface.source) s = source[size_t(s)];
+  surface.warnings = std::move(warnings);
 }
 
 void prepare(Job& m, Stopwatch& watch) {
   report(m.options, "surface", 0);
   m.surface = build_surface(m.mesh);
+  if (m.options.min_component > 0) drop_components(m.mesh, m.options.min_component, m.surface);
   for (const auto& a : m.surface.adjacent) m.closed = m.closed && a[0] >= 0 && a[1] >= 0 && a[2] >= 0;
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
-  m.topology = topology(as_mesh(m.surface));
+  m.topology = topology(in_model_units(m.surface));
   watch.lap("surface");
   auto samples = [&](size_t most) { return std::clamp(8 * m.surface.faces.size(), kFewestSamples, most); };
-  m.meter = std::make_unique<ErrorMeter>(m.mesh, samples(kErrorSamples));
-  m.final_meter = std::make_unique<ErrorMeter>(m.mesh, samples(kFinalSamples));
+  const TriangleMesh& measured = m.options.min_component > 0 ? (m.kept = in_model_units(m.surface)) : m.mesh;
+  m.meter = std::make_unique<ErrorMeter>(measured, samples(kErrorSamples));
+  m.final_meter = std::make_unique<ErrorMeter>(measured, samples(kFinalSamples));
   watch.lap("measure");
   report(m.options, "partition", 0.05);
   PartitionOptions p;
@@ -135,21 +167,17 @@ Trial try_lambda(const Job& m, double lambda, bool thorough, Stopwatch& watch) {
   StreamPlacement placement = {{},          float(m.surface.scale), float(spacing),
                                float(step), float(kTrade),          m.closed};
   for (int k = 0; k < 3; k++) placement.origin[k] = float(m.surface.origin[k]);
-  StreamParts parts = code_stream(patches, placement);
-  watch.lap("code");
-  DecodedMesh decoded;
-  const SeamsInput input = {m.surface, m.topology, distance_to(m), m.closed, spacing};
+  const SeamsInput input = {m.surface, m.topology, distance_to(m), m.closed};
   std::list<CleanedPatch> cleaned;
-  if (thorough) {
-    find_seams(parts, input, false, decoded);
-    if (remove_specks(decoded, m.topology.components, patches, trial.patch_number, cleaned))
-      parts = code_stream(patches, placement);
-  }
-  const Seams seams = find_seams(parts, input, thorough, decoded);
-  const TriangleMesh& result = decoded.mesh;
+  const StreamParts parts = thorough ? mend_masks(patches, placement, input, trial.patch_number, cleaned)
+                                     : code_stream(patches, placement);
+  watch.lap("code");
+  FoundSeams found = find_seams(parts, patches, input, thorough);
+  const TriangleMesh& result = found.mesh;
+  trial.topology = found.topology;
   trial.stream = assemble(
       parts, {parts.boundary_nodes, uint32_t(result.positions.size()), uint32_t(result.triangles.size())},
-      seams);
+      found.seams);
   watch.lap("decode");
   const SurfaceError e = (thorough ? m.final_meter : m.meter)->measure(result);
   trial.error = e.rms / e.diagonal;
@@ -164,6 +192,23 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
+// The thorough trial nearest to log lambda = x that keeps within the target: mending the seams moves the
+// error a little. met: whether any trial did; then also whether this one does.
+Trial last_word(const Job& m, double x, double bytes, bool& met, Stopwatch& watch) {
+  constexpr int kMost = 5;
+  constexpr double kAim = 0.004;  // inside of the target, more with every trial
+  const double slope = (bytes > 0 ? -1 : 1) * kUsualSlope;
+  Trial last;
+  for (int i = 0; i < kMost; i++) {
+    last = try_lambda(m, std::exp(x), true, watch);
+    const double y = excess(last, m.options, bytes);
+    if (!met || y <= 0) return last;
+    x += std::clamp(-(y + kAim * (i + 1)) / slope, -1.0, 1.0);
+  }
+  met = false;
+  return last;
+}
+
 // Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess. Ends
 // with the best trial that keeps within the target, at most 1% (bytes) or 2% (error) inside where streams are
 // that dense.
@@ -176,7 +221,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
   const double least_x = std::log(kTrade) + 2 * std::log(kFinestStep * m.spacing);
   const double most_x = std::log(kTrade) + 2 * std::log(kCoarsestStep * m.spacing);
   x = std::clamp(x, least_x, most_x);
-  double slope = direction * (bytes > 0 ? 0.5 : 0.3);
+  double slope = direction * kUsualSlope;
   struct Point {
     double x, y;
   };
@@ -189,9 +234,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
     Trial t = try_lambda(m, std::exp(x), false, watch);
     const double y = excess(t, m.options, bytes);
     if (y <= 0 && y > -tolerance) {
-      Trial full = try_lambda(m, std::exp(x), true, watch);
       met = true;
-      if (excess(full, m.options, bytes) <= 0) return full;
       best = std::move(t);
       break;
     }
@@ -215,13 +258,23 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
       x = next;
     }
   }
-  // the last word on the seams may move the error a little: step back from the target if so
-  const double step_back[] = {0, 0.03, 0.1};
-  for (double back : step_back) {
-    Trial last = try_lambda(m, (met ? best.lambda : least.lambda) * std::exp(-direction * back), true, watch);
-    if (!met || excess(last, m.options, bytes) <= 0) return last;
-  }
-  return best;
+  return last_word(m, std::log(met ? best.lambda : least.lambda), bytes, met, watch);
+}
+
+}  // namespace
+
+namespace {
+
+// A line for what the stream could not keep of the surface's topology.
+void warn_of_topology(const Topology& is, const Topology& should, std::vector<std::string>& warnings) {
+  auto compare = [&](const char* what, int64_t got, int64_t wanted) {
+    if (got != wanted)
+      warnings.push_back(std::string("the result has ") + what + " " + std::to_string(got) +
+                         ", the surface " + std::to_string(wanted));
+  };
+  compare("components:", int64_t(is.components), int64_t(should.components));
+  compare("boundary loops:", int64_t(is.boundary_loops), int64_t(should.boundary_loops));
+  compare("genus:", is.genus, should.genus);
 }
 
 }  // namespace
@@ -229,7 +282,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
 EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
-  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, nullptr, 0, true, nullptr};
+  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, nullptr, 0, true, {}, nullptr};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
@@ -239,6 +292,7 @@ EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
   result.stream = std::move(trial.stream);
   result.error = trial.error;
   result.warnings = m.surface.warnings;
+  warn_of_topology(trial.topology, m.topology, result.warnings);
   result.labels.assign(mesh.triangles.size(), -1);
   for (size_t f = 0; f < m.surface.faces.size(); f++) {
     const int label = m.partition.label[f];

@@ -36,6 +36,7 @@ struct EncodeOptions {
   double aperture = 80;  // degrees; largest angle between a normal of a patch and its plane's normal (3.2)
   double density = 0;    // mu of 3.4: grid spacing over the mean spacing of the input's vertices; 0: by
                          // rate-distortion, patch by patch (3.6)
+  size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
   bool fit = true;       // least-squares fitting of elevations (4.1)
   Progress progress;     // may be empty
 };
@@ -53,7 +54,12 @@ struct EncodeResult {
 // Throws InputError if the mesh has no triangle of positive area.
 EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options);
 
+struct DecodeOptions {
+  uint64_t bytes = UINT64_MAX;  // of each stream, only the first so many are used: a coarser surface
+  bool smooth = false;          // smooth the seams between patches (5.3; see relief_decode_smoothed)
+};
+
 // Decodes with the library in decoder/. Throws InputError with the status' text.
-TriangleMesh decode(const uint8_t* data, size_t size);
+TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& options = {});
 
 }  // namespace relief

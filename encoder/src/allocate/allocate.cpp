@@ -40,6 +40,8 @@ ElevationMap crop(const ElevationMap& map) {
     out.mask.insert(out.mask.end(), map.mask.begin() + ptrdiff_t(i + x0),
                     map.mask.begin() + ptrdiff_t(i + x1 + 1));
     out.z.insert(out.z.end(), map.z.begin() + ptrdiff_t(i + x0), map.z.begin() + ptrdiff_t(i + x1 + 1));
+    out.face.insert(out.face.end(), map.face.begin() + ptrdiff_t(i + x0),
+                    map.face.begin() + ptrdiff_t(i + x1 + 1));
   }
   return out;
 }
@@ -104,12 +106,16 @@ double step_for(double lambda, double spacing) { return std::sqrt(lambda / kTrad
 
 Allocator::Allocator(const AllocationInput& input)
     : in_(input), made_(input.patches.size()), start_(input.patches.size(), kFirstResolution) {
-  // a component of which one patch is the whole must not vanish
-  std::vector<size_t> faces(in_.surface.component_area.size(), 0);
-  for (int c : in_.surface.component) faces[size_t(c)]++;
-  for (const PatchFaces& p : in_.patches)
-    must_live_.push_back(!p.own.empty() &&
-                         p.own.size() == faces[size_t(in_.surface.component[size_t(p.own[0])])]);
+  // the largest patch of each component must not vanish
+  std::vector<size_t> largest(in_.surface.component_area.size(), SIZE_MAX);
+  for (size_t p = 0; p < in_.patches.size(); p++) {
+    if (in_.patches[p].own.empty()) continue;
+    size_t& best = largest[size_t(in_.surface.component[size_t(in_.patches[p].own[0])])];
+    if (best == SIZE_MAX || in_.patches[p].own.size() > in_.patches[best].own.size()) best = p;
+  }
+  must_live_.assign(in_.patches.size(), 0);
+  for (size_t p : largest)
+    if (p != SIZE_MAX) must_live_[p] = 1;
 }
 
 const Candidate& Allocator::candidate(size_t patch, int resolution) {
@@ -249,7 +255,8 @@ std::vector<CodedPatch> Allocator::coded(const Choice& choice, double& spacing, 
                       in_.patches[p].v, k, std::min(k, int(kMaxStepIndex))},
                      c.map.mask.data(),
                      &c.image,
-                     c.map.z.data()});
+                     c.map.z.data(),
+                     c.map.face.data()});
   }
   return coded;
 }

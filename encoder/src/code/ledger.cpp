@@ -89,7 +89,7 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
   std::vector<PatchHeader> patches(h.patch_count);
   RangeDecoder table(stream.data() + parsed.table_begin, h.table_bytes, false);
   check(parse_table(table, limits, parsed, patches.data()));
-  if (parsed.seams_begin > stream.size()) throw InputError("the stream is not whole");
+  if (parsed.cut) throw InputError("the stream is not whole");
 
   Ledger ledger;
   CountingDecoder masks(table);
@@ -108,7 +108,8 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
   ledger.coefficients = h.coefficient_bytes;
   ledger.masks = std::min<uint64_t>(h.table_bytes, uint64_t(std::lround(masks.take() / 8)));
   ledger.side = h.table_bytes - ledger.masks;
-  ledger.header = stream.size() - h.table_bytes - h.coefficient_bytes;  // with the list of holes
+  ledger.header = parsed.table_begin;
+  ledger.seams = h.seam_bytes;
 
   RangeDecoder coder(stream.data() + parsed.coefficients_begin, h.coefficient_bytes, false);
   CountingDecoder counting(coder);

@@ -7,7 +7,7 @@
 namespace relief {
 
 struct Ledger {
-  uint64_t header = 0, side = 0, masks = 0, coefficients = 0;  // bytes; they add up to the stream
+  uint64_t header = 0, side = 0, masks = 0, coefficients = 0, seams = 0;  // bytes; they add up to the stream
   std::vector<uint64_t> by_level;  // bytes of the coefficients by wavelet level, the coarsest (with LL) first
   struct P {
     uint32_t width = 0, height = 0, pixels = 0;  // of the rectangle; pixels inside the mask

@@ -108,24 +108,47 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
   return parts;
 }
 
+namespace {
+
+// The seams as the decoder reads them: see GapOptions. Empty lists at the end are left away.
+std::vector<uint8_t> code_seams(const Seams& seams) {
+  std::vector<uint8_t> out;
+  size_t needed = 0;  // bytes up to the last list that is not empty
+  uint32_t last = 0;
+  auto number = [&](uint32_t n) { put_varint(out, n + 1 - last), last = n + 1; };
+  auto end_list = [&](bool empty) {
+    if (!empty) needed = out.size();
+    put_varint(out, 0);
+    last = 0;
+  };
+  for (uint32_t n : seams.dropped_links) number(n);
+  end_list(seams.dropped_links.empty());
+  for (uint32_t n : seams.handles) number(n);
+  end_list(seams.handles.empty());
+  for (const auto& [a, b] : seams.added_links) number(a), put_varint(out, b - a);
+  end_list(seams.added_links.empty());
+  for (uint32_t n : seams.holes) number(n);
+  end_list(seams.holes.empty());
+  out.resize(needed);
+  return out;
+}
+
+}  // namespace
+
 std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams) {
   const StreamPlacement& s = parts.placement;
+  const std::vector<uint8_t> seam_bytes = code_seams(seams);
   std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION, uint8_t(s.closed ? kFlagClosed : 0)};
   for (float o : s.origin) put_float(out, o);
   put_float(out, s.scale);
   put_float(out, s.spacing);
   put_float(out, s.step);
-  for (uint32_t c : {parts.patches, parts.mask_pixels, counts.boundary_nodes, counts.vertices,
-                     counts.triangles, uint32_t(parts.table.size()), uint32_t(parts.coefficients.size())})
+  for (uint32_t c :
+       {parts.patches, parts.mask_pixels, counts.boundary_nodes, counts.vertices, counts.triangles,
+        uint32_t(parts.table.size()), uint32_t(parts.coefficients.size()), uint32_t(seam_bytes.size())})
     put_varint(out, c);
-  out.insert(out.end(), parts.table.begin(), parts.table.end());
-  out.insert(out.end(), parts.coefficients.begin(), parts.coefficients.end());
-  if (s.closed && seams.dropped_links.empty()) return out;
-  for (const std::vector<uint32_t>* list : {&seams.dropped_links, &seams.holes}) {
-    uint32_t last = 0;
-    for (uint32_t n : *list) put_varint(out, n + 1 - last), last = n + 1;
-    put_varint(out, 0);
-  }
+  for (const std::vector<uint8_t>* part : {&parts.table, &parts.coefficients, &seam_bytes})
+    out.insert(out.end(), part->begin(), part->end());
   return out;
 }
 

@@ -1,5 +1,6 @@
 // Writing a stream.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct CodedPatch {
   const uint8_t* mask;        // width * height
   const WaveletImage* image;  // of the elevations, without z0
   const float* z;             // the elevations; width * height
+  const int* face;            // of the surface, that each pixel lies over; width * height
 };
 
 struct StreamPlacement {
@@ -41,8 +43,10 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
 
 // What only the decoder's result can tell: numbers in ascending order.
 struct Seams {
-  std::vector<uint32_t> dropped_links;  // links between patches that are wrong
-  std::vector<uint32_t> holes;          // faces between patches that stay open
+  std::vector<uint32_t> dropped_links;               // links between patches that are wrong
+  std::vector<uint32_t> handles;                     // links that may make a handle
+  std::vector<std::array<uint32_t, 2>> added_links;  // nodes of links that are missing, the lower first
+  std::vector<uint32_t> holes;                       // faces between patches that stay open
 };
 
 std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams);

@@ -55,7 +55,7 @@ void replace_primitive(Document& document, size_t m, size_t i, std::map<int64_t,
   check_attributes(old);
   if (!done.count(view)) {
     Span stream = view_bytes(document, size_t(view));
-    done[view] = fill_accessors(document, old, decode(stream.data, stream.size));
+    done[view] = fill_accessors(document, old, decode(stream.data, stream.size, document.decoding));
   }
   const Filled& filled = done[view];
   Json& json = document.json["meshes"][m]["primitives"][i];
@@ -69,8 +69,9 @@ void replace_primitive(Document& document, size_t m, size_t i, std::map<int64_t,
 
 }  // namespace
 
-size_t decompress_gltf(const std::string& in, const std::string& out) {
+size_t decompress_gltf(const std::string& in, const std::string& out, const DecodeOptions& options) {
   Document document = load_document(in);
+  document.decoding = options;
   std::map<int64_t, Filled> done;
   std::set<size_t> old_accessors;
   size_t count = 0;

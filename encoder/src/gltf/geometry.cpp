@@ -299,7 +299,7 @@ TriangleMesh read_primitive(const Document& document, const tinygltf::Model& mod
   try {
     if (int64_t view = stream_view(json); view >= 0) {
       Span stream = view_bytes(document, size_t(view));
-      return decode(stream.data, stream.size);
+      return decode(stream.data, stream.size, document.decoding);
     }
     if (!is_triangles(json)) throw InputError("does not draw triangles");
     if (std::string codec = foreign_codec(document, json); !codec.empty())

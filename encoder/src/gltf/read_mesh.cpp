@@ -132,8 +132,9 @@ void add_mesh(Scene& scene, const Document& document, const tinygltf::Model& mod
 
 }  // namespace
 
-TriangleMesh read_gltf_mesh(const std::string& path) {
+TriangleMesh read_gltf_mesh(const std::string& path, const DecodeOptions& options) {
   Document document = load_document(path);
+  document.decoding = options;
   tinygltf::Model model = geometry_model(document);
   Scene scene;
   struct Visit {

@@ -10,6 +10,6 @@ namespace relief {
 // space, as one mesh; primitives with RELIEF_patch_compression are decoded. Normals are kept if every
 // primitive has them, else left empty. Throws InputError as read_mesh does; a scene without triangles has "no
 // faces".
-TriangleMesh read_gltf_mesh(const std::string& path);
+TriangleMesh read_gltf_mesh(const std::string& path, const DecodeOptions& options = {});
 
 }  // namespace relief

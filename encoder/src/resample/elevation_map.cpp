@@ -58,7 +58,7 @@ class Rasteriser {
  public:
   Rasteriser(const Surface& s, const Ownership& o, const std::vector<PatchFaces>& patches, int index,
              const ElevationMap& map, FineRaster& fine)
-      : s_(s), o_(o), patches_(patches), index_(index), fine_(fine) {
+      : s_(s), o_(o), patches_(patches), index_(index), fine_(fine), map_width_(map.width) {
     const Frame& f = patches[size_t(index)].frame;
     e1_ = vec(f.e1), e2_ = vec(f.e2), n_ = vec(f.n);
     scale_ = kOversampling / map.spacing;
@@ -101,6 +101,8 @@ class Rasteriser {
         if (fine_.owner[i]) continue;
         fine_.owner[i] = mixed ? owner_at(f, a, b, c) : owner;
         fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2]);
+        if (x % kOversampling == 0 && y % kOversampling == 0)
+          fine_.face[size_t(y / kOversampling) * map_width_ + size_t(x / kOversampling)] = f;
       }
   }
 
@@ -131,6 +133,7 @@ class Rasteriser {
   const std::vector<PatchFaces>& patches_;
   int index_;
   FineRaster& fine_;
+  size_t map_width_;
   Vec3 e1_, e2_, n_;
   double scale_, ox_, oy_, oz_;
   std::vector<std::pair<int, double>> weights_;
@@ -215,6 +218,7 @@ ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
   fine.height = (map.height - 1) * kOversampling + 1;
   fine.z.assign(size_t(fine.width) * fine.height, NAN);
   fine.owner.assign(fine.z.size(), 0);
+  fine.face.assign(size_t(map.width) * map.height, -1);
   Rasteriser rasteriser(surface, ownership, patches, index, map, fine);
   for (int f : patch.own) rasteriser.face(f, true);
   for (int f : patch.ring) rasteriser.face(f, false);
@@ -226,6 +230,7 @@ ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
       map.mask[i] = fine.owner[j] == 1;
       if (fine.owner[j]) map.z[i] = fine.z[j];
     }
+  map.face = std::move(fine.face);
   map.pixels = mask_size(map);
   return map;
 }

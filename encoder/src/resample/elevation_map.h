@@ -24,6 +24,7 @@ struct ElevationMap {
   double spacing = 0;
   std::vector<uint8_t> mask;  // 0 or 1
   std::vector<float> z;       // lattice units; read inside of the mask only
+  std::vector<int> face;      // of the surface, that each pixel lies over; -1: none
   size_t pixels = 0;          // of the mask
 };
 
@@ -33,6 +34,7 @@ struct FineRaster {
   uint32_t width = 0, height = 0;  // (map.width - 1) * kOversampling + 1, likewise
   std::vector<float> z;            // elevation without z0; NaN: no surface
   std::vector<uint8_t> owner;      // 0: none, 1: the patch, 2: another patch
+  std::vector<int> face;           // of the map's pixels only; -1: none
 };
 
 std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& partition, double reach);

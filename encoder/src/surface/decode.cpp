@@ -1,4 +1,5 @@
 // decode() of relief/encoder.h: the C API of decoder/ with memory of our own.
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 
@@ -7,7 +8,8 @@
 
 namespace relief {
 
-TriangleMesh decode(const uint8_t* data, size_t size) {
+TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& options) {
+  size = size_t(std::min<uint64_t>(size, options.bytes));
   auto check = [](relief_status status) {
     if (status != RELIEF_OK) throw InputError(relief_status_text(status));
   };
@@ -30,7 +32,8 @@ TriangleMesh decode(const uint8_t* data, size_t size) {
   out.indices = reinterpret_cast<uint32_t*>(mesh.triangles.data());
   out.vertex_capacity = info.vertex_capacity;
   out.triangle_capacity = info.triangle_capacity;
-  check(relief_decode(data, size, nullptr, &out, workspace.get(), workspace_size));
+  auto* const run = options.smooth ? relief_decode_smoothed : relief_decode;
+  check(run(data, size, nullptr, &out, workspace.get(), workspace_size));
   mesh.positions.resize(out.vertex_count);
   mesh.normals.resize(out.vertex_count);
   mesh.triangles.resize(out.triangle_count);

@@ -35,7 +35,7 @@ std::string read_file(const std::string& path) {
 
 }  // namespace
 
-TriangleMesh read_mesh(const std::string& path) {
+TriangleMesh read_mesh(const std::string& path, const DecodeOptions& options) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
@@ -49,7 +49,7 @@ TriangleMesh read_mesh(const std::string& path) {
   } else if (extension == ".stl") {
     mesh = read_stl(read_file(path));
   } else if (extension == ".glb" || extension == ".gltf") {
-    mesh = read_gltf_mesh(path);
+    mesh = read_gltf_mesh(path, options);
   } else {
     throw InputError("unknown format '" + extension + "' (known: .ply .obj .off .stl .glb .gltf)");
   }

@@ -11,7 +11,7 @@ namespace relief {
 // decoded). Polygons are split into triangles by fans. Throws InputError: missing file, unknown format, no
 // vertices, no faces, NaN or infinite coordinates (with the vertex' number), indices out of range (with the
 // face's number), truncation.
-TriangleMesh read_mesh(const std::string& path);
+TriangleMesh read_mesh(const std::string& path, const DecodeOptions& options = {});
 
 // Writes .ply (binary little endian), .obj, .glb (plain, uncompressed) by extension; to a temporary name,
 // then renamed.

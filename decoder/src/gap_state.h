@@ -1,0 +1,144 @@
+// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces.
+#pragma once
+#include "container.h"
+#include "gaps.h"
+
+namespace relief {
+
+constexpr uint32_t kMaxDegree = 16;  // links at a node
+
+struct Link {
+  uint32_t a, b;
+  uint32_t slot;  // of either end
+  uint16_t rank;  // by length
+  LinkKind kind;
+};
+
+struct Slot {     // one end of a link, at a node
+  uint32_t to;    // the other node
+  uint32_t twin;  // the slot there
+  uint32_t face;  // of the rim that leaves the node here
+  uint32_t link;
+  bool dead;  // the link is not put in
+};
+
+struct Diagonal {
+  uint32_t to, next;
+};
+
+// A node in the order of the cells of the search grid.
+struct CellNode {
+  int32_t position[3];
+  uint32_t node;
+};
+
+// One of the lists of the seams: rising numbers as differences, ended by zero or by the end of the bytes.
+struct NumberList {
+  const uint8_t *p, *end;
+  uint32_t next = 0;  // the next number, plus one; 0: no more
+  bool good = true;
+  uint32_t varint() {
+    uint32_t value = 0;
+    if (p == end || !good) return 0;
+    if (!read_varint(p, end, value)) good = false;
+    return good ? value : 0;
+  }
+  void advance() {
+    const uint32_t d = varint();
+    if (d > 0xffffffffu - next) good = false;
+    next = good && d ? next + d : 0;
+  }
+};
+
+struct Gaps {
+  const Nodes& n;
+  const GapOptions& options;
+  MeshWriter& mesh;
+  uint32_t count, components;
+  // by node
+  uint32_t *loop, *place, *loop_length, *nearest, *face_of_border, *degree, *slot_begin, *diagonals, *mark;
+  int32_t* distance;  // to the nearest
+  int16_t (*outward)[3];
+  uint8_t* open_corner;
+  uint32_t* cell_begin;
+  CellNode* cell_nodes;
+  uint32_t hash_mask;
+  int cell_shift;
+  uint32_t* group;  // union-find over components
+  Link* links;
+  uint32_t link_count, link_capacity;
+  Slot* slots;
+  Diagonal* diagonal;
+  uint32_t diagonal_count, diagonal_capacity;
+  uint32_t* face;  // corners of the face at hand
+  uint32_t* self;  // links in the order of their lengths
+  uint32_t face_count, corner_capacity, mark_count;
+  NumberList seams;
+  int64_t work;  // steps of walking left; only hostile streams need so many
+
+  Gaps(const Nodes& nodes, const GapOptions& o, MeshWriter& m)
+      : n(nodes), options(o), mesh(m), seams{o.seams, o.seams_end} {}
+
+  uint32_t find(uint32_t i) const {  // union-find with path halving
+    while (group[i] != i) i = group[i] = group[group[i]];
+    return i;
+  }
+  void unite(uint32_t a, uint32_t b) { group[find(a)] = find(b); }
+  void difference(uint32_t from, uint32_t to, int64_t d[3]) const {
+    for (int k = 0; k < 3; k++) d[k] = int64_t(n.position[to][k]) - n.position[from][k];
+  }
+  int64_t distance2(uint32_t a, uint32_t b) const {
+    int64_t d[3];
+    difference(a, b, d);
+    return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  }
+  bool neighbouring_pixels(uint32_t u, uint32_t v) const {
+    if (n.patch[u] != n.patch[v]) return false;
+    const int dx = int(n.pixel[u][0]) - n.pixel[v][0], dy = int(n.pixel[u][1]) - n.pixel[v][1];
+    return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
+  }
+};
+
+inline int64_t dot(const int64_t a[3], const int16_t b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline int32_t dot(const int16_t a[3], const int16_t b[3]) {
+  return int32_t(a[0]) * b[0] + int32_t(a[1]) * b[1] + int32_t(a[2]) * b[2];
+}
+inline int64_t root(int64_t v) { return int64_t(__builtin_sqrt(double(v))); }  // v < 2^53: exact argument
+inline int64_t absolute(int64_t v) { return v < 0 ? -v : v; }
+
+// Numbers the border loops and finds which way is out of the patch at each node.
+void trace_loops(Gaps& g);
+void find_outward(Gaps& g);
+
+// For every node the nearest one that faces it over a gap, in g.nearest.
+void find_partners(Gaps& g);
+
+// Puts the links in. False if the seams are malformed.
+bool make_links(Gaps& g);
+
+// Adds the triangles of all faces.
+relief_status close_faces(Gaps& g);
+
+// A place on a face's rim: leaving `node` by link `slot`, or by the border (backwards) if kNone.
+struct Corner {
+  uint32_t node, slot;
+  bool operator!=(const Corner& o) const { return node != o.node || slot != o.slot; }
+};
+
+// The next lower live slot at a node, or kNone for the border.
+inline uint32_t below(const Gaps& g, uint32_t v, uint32_t slot) {
+  while (slot-- > g.slot_begin[v])
+    if (!g.slots[slot].dead) return slot;
+  return kNone;
+}
+
+inline Corner step(const Gaps& g, Corner c) {
+  if (c.slot == kNone) {
+    const uint32_t u = g.n.prev[c.node];
+    return {u, below(g, u, g.slot_begin[u + 1])};
+  }
+  const uint32_t u = g.slots[c.slot].to;
+  return {u, below(g, u, g.slots[c.slot].twin)};
+}
+
+}  // namespace relief

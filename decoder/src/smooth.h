@@ -1,0 +1,14 @@
+// Boundary smoothing (5.3).
+#pragma once
+#include "mesh.h"
+#include "nodes.h"
+
+namespace relief {
+
+// Moves the nodes half of the way to the mean of their neighbours in the mesh, all at once.
+//   node_of   scratch, vertices of all patches
+//   sums      scratch, of each node: the sum of its neighbours' coordinates and their number
+void smooth_nodes(const Nodes& nodes, uint32_t patch_vertices, MeshWriter& mesh, uint32_t* node_of,
+                  int64_t (*sums)[4]);
+
+}  // namespace relief

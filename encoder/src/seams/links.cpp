@@ -1,0 +1,201 @@
+#include "seams/links.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "measure/closest_point.h"
+
+namespace relief {
+namespace {
+
+// A link's ends are connected near it if a way along the surface stays within half its length and so many
+// grid spacings of its middle: a border's pixels are about a spacing from the patch's true border.
+constexpr double kAround = 1.0;
+constexpr int kMostFaces = 20000;  // a ball that holds more is not searched; the link counts as right
+constexpr size_t kNearestPairs = 24;
+
+// Whether the surface connects two of its faces inside of balls.
+class BallSearch {
+ public:
+  explicit BallSearch(const Surface& surface) : s_(surface), stamp_(surface.faces.size(), 0) {}
+
+  bool connected(int from, int to, const Vec3& centre, double radius) {
+    if (from == to) return true;
+    mark_++;
+    const double limit = radius * radius;
+    stack_.assign(1, from);
+    stamp_[size_t(from)] = mark_;
+    int visited = 0;
+    for (size_t i = 0; i < stack_.size(); i++)
+      for (int g : s_.adjacent[size_t(stack_[i])]) {
+        if (g < 0 || stamp_[size_t(g)] == mark_) continue;
+        if (g == to) return true;
+        stamp_[size_t(g)] = mark_;
+        const auto& f = s_.faces[size_t(g)];
+        if (squared_distance(centre, s_.vertices[size_t(f[0])], s_.vertices[size_t(f[1])],
+                             s_.vertices[size_t(f[2])]) > limit)
+          continue;
+        if (++visited > kMostFaces) return true;
+        stack_.push_back(g);
+      }
+    return false;
+  }
+
+ private:
+  const Surface& s_;
+  std::vector<uint32_t> stamp_;
+  uint32_t mark_ = 0;
+  std::vector<int> stack_;
+};
+
+bool connected_near(BallSearch& search, const DecodedMesh& d, const Ground& g, uint32_t a, uint32_t b,
+                    double around) {
+  const Vec3 p = g.lattice(d.mesh.positions[a]), q = g.lattice(d.mesh.positions[b]);
+  const double radius = (p - q).norm() / 2 + around * std::max(g.spacing[a], g.spacing[b]);
+  return search.connected(g.face[a], g.face[b], (p + q) / 2, radius);
+}
+
+class Sets {
+ public:
+  explicit Sets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int find(int i) {
+    while (parent_[size_t(i)] != i) i = parent_[size_t(i)] = parent_[size_t(parent_[size_t(i)])];
+    return i;
+  }
+  void unite(int a, int b) { parent_[size_t(find(a))] = find(b); }
+
+ private:
+  std::vector<int> parent_;
+};
+
+struct NodePair {
+  double distance;
+  uint32_t a, b;  // nodes
+};
+
+// The nearest pairs of a node in group `from` and one of another group of the same component.
+std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
+                                    const std::vector<int>& group_of_node,
+                                    const std::vector<int>& component_of_node, int from) {
+  std::vector<NodePair> pairs;
+  std::vector<Vec3> place(d.nodes.size());
+  for (size_t n = 0; n < d.nodes.size(); n++) place[n] = g.lattice(d.mesh.positions[d.nodes[n]]);
+  for (uint32_t a = 0; a < d.nodes.size(); a++) {
+    if (group_of_node[a] != from) continue;
+    NodePair best = {INFINITY, a, a};
+    for (uint32_t b = 0; b < d.nodes.size(); b++) {
+      if (group_of_node[b] == from || component_of_node[b] != component_of_node[a]) continue;
+      const double distance = (place[a] - place[b]).squaredNorm();
+      if (distance < best.distance) best = {distance, a, b};
+    }
+    if (best.a != best.b) pairs.push_back(best);
+  }
+  const size_t kept = std::min(kNearestPairs, pairs.size());
+  std::partial_sort(pairs.begin(), pairs.begin() + ptrdiff_t(kept), pairs.end(),
+                    [](const auto& x, const auto& y) {
+                      return std::tie(x.distance, x.a, x.b) < std::tie(y.distance, y.a, y.b);
+                    });
+  pairs.resize(kept);
+  return pairs;
+}
+
+}  // namespace
+
+Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing) {
+  Ground g = {surface, pixels_of(patches), {}, {}};
+  for (const Pixel& p : g.pixel) {
+    g.face.push_back(patches[p.patch].face[p.index]);
+    g.spacing.push_back(spacing * quarter_power(-patches[p.patch].header.spacing_index));
+  }
+  return g;
+}
+
+std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground) {
+  std::vector<char> wrong(decoded.links.size(), 0);
+  tbb::enumerable_thread_specific<BallSearch> local([&] { return BallSearch(ground.surface); });
+  tbb::parallel_for(size_t(0), decoded.links.size(), [&](size_t i) {
+    const uint32_t a = decoded.nodes[decoded.links[i][0]], b = decoded.nodes[decoded.links[i][1]];
+    wrong[i] = !connected_near(local.local(), decoded, ground, a, b, kAround);
+  });
+  std::vector<uint32_t> numbers;
+  for (uint32_t i = 0; i < wrong.size(); i++)
+    if (wrong[i]) numbers.push_back(i);
+  return numbers;
+}
+
+Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& dropped) {
+  Pieces p;
+  int parts = 0;
+  p.part = connected_parts(decoded.mesh, decoded.patch_triangles(), parts);
+  p.part.resize(ground.pixel.size());
+  Sets sets{size_t(parts)};
+  for (uint32_t i = 0, k = 0; i < decoded.links.size(); i++) {
+    if (k < dropped.size() && dropped[k] == i) {
+      k++;
+      continue;
+    }
+    sets.unite(p.part[decoded.nodes[decoded.links[i][0]]], p.part[decoded.nodes[decoded.links[i][1]]]);
+  }
+  std::vector<int> number(size_t(parts), -1);
+  p.group.resize(size_t(parts));
+  int groups = 0;
+  for (int part = 0; part < parts; part++) {
+    int& n = number[size_t(sets.find(part))];
+    if (n < 0) n = groups++;
+    p.group[size_t(part)] = n;
+  }
+  p.component.assign(size_t(groups), -1);
+  p.pixels.assign(size_t(groups), 0);
+  for (size_t v = 0; v < p.part.size(); v++) {
+    const size_t group = size_t(p.group[size_t(p.part[v])]);
+    p.component[group] = ground.surface.component[size_t(ground.face[v])];
+    p.pixels[group]++;
+  }
+  p.main.assign(ground.surface.component_area.size(), -1);
+  for (int group = 0; group < groups; group++) {
+    int& main = p.main[size_t(p.component[size_t(group)])];
+    if (main < 0 || p.pixels[size_t(group)] > p.pixels[size_t(main)]) main = group;
+  }
+  return p;
+}
+
+std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,
+                                                   const Pieces& pieces) {
+  std::vector<std::array<uint32_t, 2>> added;
+  BallSearch search(ground.surface);
+  Sets sets(pieces.component.size());
+  std::vector<int> group(decoded.nodes.size()), component(decoded.nodes.size());
+  auto renew = [&] {
+    for (size_t n = 0; n < decoded.nodes.size(); n++) {
+      const int g = pieces.group[size_t(pieces.part[decoded.nodes[n]])];
+      group[n] = sets.find(g);
+      component[n] = pieces.component[size_t(g)];
+    }
+  };
+  renew();
+  for (int g = 0; g < int(pieces.component.size()); g++) {
+    const int main = pieces.main[size_t(pieces.component[size_t(g)])];
+    if (sets.find(g) == sets.find(main)) continue;
+    const std::vector<NodePair> pairs = nearest_pairs(decoded, ground, group, component, sets.find(g));
+    auto taken = [&](const NodePair& p) {
+      return std::any_of(added.begin(), added.end(), [&](auto& l) { return l[0] == std::min(p.a, p.b); });
+    };
+    auto good = [&](const NodePair& p) {
+      return !taken(p) &&
+             connected_near(search, decoded, ground, decoded.nodes[p.a], decoded.nodes[p.b], 2 * kAround);
+    };
+    auto best = std::find_if(pairs.begin(), pairs.end(), good);
+    if (best == pairs.end()) best = std::find_if_not(pairs.begin(), pairs.end(), taken);
+    if (best == pairs.end()) continue;
+    added.push_back({std::min(best->a, best->b), std::max(best->a, best->b)});
+    sets.unite(group[best->a], group[best->b]);
+    renew();
+  }
+  std::sort(added.begin(), added.end());
+  return added;
+}
+
+}  // namespace relief

@@ -1,0 +1,39 @@
+// Which of the decoder's links between patches run along the surface, and which are missing.
+#pragma once
+#include "seams/decoded.h"
+#include "surface/surface.h"
+
+namespace relief {
+
+// Where the vertices of the patches come from.
+struct Ground {
+  const Surface& surface;
+  std::vector<Pixel> pixel;     // of each vertex that is a pixel
+  std::vector<int> face;        // of the surface, likewise
+  std::vector<double> spacing;  // of its patch's grid, lattice units
+
+  Vec3 lattice(const std::array<float, 3>& p) const {
+    return (Vec3(p[0], p[1], p[2]) - surface.origin) / surface.scale;
+  }
+};
+Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing);
+
+// Numbers of links whose ends the surface does not connect near the link, in ascending order.
+std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground);
+
+// The connected parts of all patches, joined by the links but for `dropped`.
+struct Pieces {
+  std::vector<int> part;       // of each vertex that is a pixel
+  std::vector<int> group;      // of each part: parts that links join
+  std::vector<int> component;  // of each group: of the surface
+  std::vector<size_t> pixels;  // of each group
+  std::vector<int> main;       // of each component of the surface: its largest group, or -1
+};
+Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& dropped);
+
+// The shortest links with which the groups of each component of the surface become one; sorted, with one link
+// at most for each lower node.
+std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,
+                                                   const Pieces& pieces);
+
+}  // namespace relief

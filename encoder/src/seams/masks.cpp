@@ -1,0 +1,207 @@
+#include "seams/masks.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "resample/elevation_map.h"
+#include "surface/half_edges.h"
+
+namespace relief {
+namespace {
+
+constexpr size_t kSpeckPixels = 6;
+constexpr size_t kTinyPixels = 8;                         // a piece as small as this is not made smaller
+const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
+
+struct PositionHash {
+  size_t operator()(const std::array<float, 3>& p) const {
+    size_t h = 0;
+    for (float c : p) h = (h ^ std::hash<float>()(c)) * 0x9e3779b97f4a7c15ull;
+    return h;
+  }
+};
+
+void mark_specks(const Ground& ground, const Pieces& pieces, std::vector<char>& unwanted) {
+  for (size_t v = 0; v < ground.pixel.size(); v++) {
+    const int group = pieces.group[size_t(pieces.part[v])];
+    if (pieces.main[size_t(pieces.component[size_t(group)])] != group &&
+        pieces.pixels[size_t(group)] < kSpeckPixels)
+      unwanted[v] = 1;
+  }
+}
+
+void mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
+  std::vector<char> on_border(decoded.mesh.positions.size(), 0);
+  for (uint32_t v : decoded.nodes) on_border[v] = 1;
+  std::unordered_map<std::array<float, 3>, uint32_t, PositionHash> first;
+  first.reserve(ground.pixel.size());
+  for (uint32_t v = 0; v < ground.pixel.size(); v++) {
+    const auto [at, fresh] = first.try_emplace(decoded.mesh.positions[v], v);
+    if (!fresh) unwanted[on_border[v] || !on_border[at->second] ? v : at->second] = 1;
+  }
+}
+
+// Corners that a face between patches has twice, where it was closed around its middle: links there
+// contradict one another.
+int mark_tangles(const DecodedMesh& decoded, std::vector<char>& unwanted) {
+  int tangles = 0;
+  std::vector<uint32_t> rim;
+  for (size_t f = 0; f < decoded.first_triangle.size(); f++) {
+    rim.clear();
+    bool filled = true;  // with triangles between the corners
+    for (size_t t = decoded.first_triangle[f]; t < decoded.face_end(f); t++) {
+      const auto& [a, b, c] = decoded.mesh.triangles[t];
+      filled = filled && c < unwanted.size();
+      if (a < unwanted.size() && b < unwanted.size())
+        rim.push_back(a);  // the first of a ring's, see close_around_middle
+    }
+    if (filled) continue;
+    std::sort(rim.begin(), rim.end());
+    bool twice = false;
+    for (size_t i = 1; i < rim.size(); i++)
+      if (rim[i] == rim[i - 1]) unwanted[rim[i]] = 1, twice = true;
+    tangles += twice;
+  }
+  return tangles;
+}
+
+// Places where the surface itself is folded: a set of cells of a grid.
+class Folds {
+ public:
+  Folds(const Surface& s, double cell) : cell_(cell) {
+    for (size_t f = 0; f < s.faces.size(); f++)
+      for (size_t k = 0; k < 3; k++) {
+        const int g = s.adjacent[f][k];
+        if (g <= int(f) || s.normals[f].dot(s.normals[size_t(g)]) >= kFoldedCosine) continue;
+        for (size_t end : {k, (k + 1) % 3}) add(s.vertices[size_t(s.faces[f][end])]);
+      }
+  }
+  bool near(const Vec3& p) const { return cells_.count(key(index(p))) > 0; }
+
+ private:
+  using Index = std::array<int64_t, 3>;
+  Index index(const Vec3& p) const {
+    return {int64_t(std::floor(p.x() / cell_)), int64_t(std::floor(p.y() / cell_)),
+            int64_t(std::floor(p.z() / cell_))};
+  }
+  static uint64_t key(const Index& i) {
+    return (uint64_t(i[0]) & 0x1fffff) << 42 | (uint64_t(i[1]) & 0x1fffff) << 21 |
+           (uint64_t(i[2]) & 0x1fffff);
+  }
+  void add(const Vec3& p) {
+    const Index i = index(p);
+    for (int64_t x = -1; x <= 1; x++)
+      for (int64_t y = -1; y <= 1; y++)
+        for (int64_t z = -1; z <= 1; z++) cells_.insert(key({i[0] + x, i[1] + y, i[2] + z}));
+  }
+  double cell_;
+  std::unordered_set<uint64_t> cells_;
+};
+
+Vec3 unit_normal(const DecodedMesh& d, const Ground& g, size_t t) {
+  const auto& [a, b, c] = d.mesh.triangles[t];
+  const Vec3 p = g.lattice(d.mesh.positions[a]);
+  const Vec3 n = (g.lattice(d.mesh.positions[b]) - p).cross(g.lattice(d.mesh.positions[c]) - p);
+  return n.squaredNorm() > 0 ? Vec3(n.normalized()) : n;
+}
+
+// How well a triangle faces the same way as the surface below its corners.
+double agreement(const DecodedMesh& d, const Ground& g, size_t t, const Vec3& normal) {
+  double sum = 0;
+  for (uint32_t v : d.mesh.triangles[t])
+    if (v < g.face.size()) sum += normal.dot(g.surface.normals[size_t(g.face[v])]);
+  return sum;
+}
+
+// The corner of a triangle that lies beyond the others: that of another patch, else the blunt one.
+uint32_t apex_of(const DecodedMesh& d, const Ground& g, size_t t) {
+  const auto& c = d.mesh.triangles[t];
+  for (size_t k = 0; k < 3; k++) {
+    const uint32_t v = c[k], a = c[(k + 1) % 3], b = c[(k + 2) % 3];
+    if (v < g.pixel.size() && a < g.pixel.size() && b < g.pixel.size() &&
+        g.pixel[a].patch == g.pixel[b].patch && g.pixel[v].patch != g.pixel[a].patch)
+      return v;
+  }
+  uint32_t best = c[0];
+  double longest = -1;
+  for (size_t k = 0; k < 3; k++) {
+    const double opposite =
+        (g.lattice(d.mesh.positions[c[(k + 1) % 3]]) - g.lattice(d.mesh.positions[c[(k + 2) % 3]])).norm();
+    if (c[k] < g.pixel.size() && opposite > longest) longest = opposite, best = c[k];
+  }
+  return best;
+}
+
+int mark_folds(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
+  const size_t first = decoded.patch_triangles();
+  if (first == decoded.mesh.triangles.size() || ground.spacing.empty()) return 0;
+  const Folds there(ground.surface, *std::min_element(ground.spacing.begin(), ground.spacing.end()) / 2);
+  int folds = 0;
+  for_each_edge(decoded.mesh.triangles, decoded.mesh.positions.size(), [&](std::span<const uint32_t> edge) {
+    if (edge.size() != 2 || std::max(edge[0], edge[1]) / 3 < first) return;
+    const size_t t = edge[0] / 3, u = edge[1] / 3;
+    const Vec3 m = unit_normal(decoded, ground, t), n = unit_normal(decoded, ground, u);
+    if (m.dot(n) >= kFoldedCosine) return;
+    const uint32_t from = from_vertex(decoded.mesh.triangles, edge[0]);
+    if (there.near(ground.lattice(decoded.mesh.positions[from]))) return;
+    folds++;
+    const size_t worse = agreement(decoded, ground, t, m) < agreement(decoded, ground, u, n) ? t : u;
+    const uint32_t v = apex_of(decoded, ground, worse);
+    if (v < unwanted.size()) unwanted[v] = 1;
+  });
+  return folds;
+}
+
+}  // namespace
+
+std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                                  int& folds) {
+  std::vector<char> unwanted(ground.pixel.size(), 0);
+  mark_coincident(decoded, ground, unwanted);
+  mark_tangles(decoded, unwanted);
+  folds = mark_folds(decoded, ground, unwanted);
+  for (size_t v = 0; v < unwanted.size(); v++)
+    if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
+  mark_specks(ground, pieces, unwanted);
+  return unwanted;
+}
+
+bool remove_pixels(const std::vector<char>& unwanted, std::vector<CodedPatch>& patches,
+                   std::vector<int>& patch_number, std::list<CleanedPatch>& storage) {
+  bool changed = false;
+  size_t vertex = 0;  // the decoder numbers the pixels of all masks in order
+  std::vector<CodedPatch> kept;
+  std::vector<int> number(patches.size(), -1);
+  for (size_t p = 0; p < patches.size(); p++) {
+    CodedPatch patch = patches[p];
+    ElevationMap map;
+    map.width = patch.header.width, map.height = patch.header.height;
+    map.mask.assign(patch.mask, patch.mask + size_t(map.width) * map.height);
+    bool touched = false;
+    for (uint8_t& m : map.mask)
+      if (m && unwanted[vertex++]) m = 0, touched = true;
+    if (touched) {
+      drop_unmeshable(map);
+      changed = true;
+      if (map.pixels) {
+        storage.push_back({std::move(map.mask), {}});
+        storage.back().image = forward_wavelet(map.width, map.height, storage.back().mask.data(), patch.z);
+        patch.mask = storage.back().mask.data();
+        patch.image = &storage.back().image;
+      }
+    }
+    if (touched && !map.pixels) continue;
+    number[p] = int(kept.size());
+    kept.push_back(patch);
+  }
+  if (!changed || kept.empty()) return false;
+  for (int& n : patch_number)
+    if (n >= 0) n = number[size_t(n)];
+  patches = std::move(kept);
+  return true;
+}
+
+}  // namespace relief

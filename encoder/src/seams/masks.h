@@ -1,0 +1,30 @@
+// Pixels that the masks are better without: the encoder finds them by decoding.
+#pragma once
+#include <list>
+
+#include "seams/links.h"
+
+namespace relief {
+
+// A patch's mask and image without some pixels.
+struct CleanedPatch {
+  std::vector<uint8_t> mask;
+  WaveletImage image;
+};
+
+// For every vertex that is a pixel, whether its mask is better without it:
+// - small pieces that no link joins to the rest of their component: each would close to a speck of its own;
+// - one of two pixels at one point of the lattice;
+// - pixels where links contradict one another;
+// - pixels beyond the border of another patch, where the triangles between the patches turn over. `folds`
+// receives
+//   the number of such edges that the surface does not have there.
+std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                                  int& folds);
+
+// Takes the pixels out. Patches that lose every pixel are taken out, from patch_number as well. `storage`
+// keeps what `patches` then points to. Returns whether anything was changed.
+bool remove_pixels(const std::vector<char>& unwanted, std::vector<CodedPatch>& patches,
+                   std::vector<int>& patch_number, std::list<CleanedPatch>& storage);
+
+}  // namespace relief

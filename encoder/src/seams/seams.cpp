@@ -1,0 +1,247 @@
+#include "seams/seams.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+namespace {
+
+// A face between patches is a hole of the surface where its triangles' middles leave it by so many grid
+// spacings, and may be one from the second figure on.
+constexpr float kHole = 1.0f, kMaybeHole = 0.2f;
+constexpr int kMostTrials = 12;
+// Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
+constexpr size_t kFewLinks = 4;
+
+// A link or a face with how far it leaves the surface.
+struct Suspect {
+  float distance;
+  uint32_t number;
+};
+
+void worst_first(std::vector<Suspect>& s) {
+  std::sort(s.begin(), s.end(), [](const Suspect& a, const Suspect& b) {
+    return a.distance != b.distance ? a.distance > b.distance : a.number < b.number;
+  });
+}
+
+// All that decides what a stream decodes to but the seams.
+struct Context : SeamsInput {
+  const StreamParts& parts;
+  Ground ground;
+  DecodedMesh plain;  // without seams
+  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
+      : SeamsInput(in), parts(p), ground(ground_of(in.surface, patches, p.placement.spacing)) {
+    plain = decode_with_seams(assemble(p, {p.boundary_nodes, 0, 0}, {}));
+  }
+};
+
+Vec3 lattice(const Surface& s, const std::array<float, 3>& p) {
+  return (Vec3(p[0], p[1], p[2]) - s.origin) / s.scale;
+}
+
+// Faces that may be holes, the emptiest first, with distances in grid spacings.
+std::vector<Suspect> suspicious_faces(const DecodedMesh& d, const Context& in) {
+  std::vector<Vec3> points;
+  std::vector<uint32_t> face_of_point;
+  const auto& triangles = d.mesh.triangles;
+  for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
+    const size_t end = f + 1 < d.first_triangle.size() ? d.first_triangle[f + 1] : triangles.size();
+    for (size_t t = d.first_triangle[f]; t < end; t++) {
+      Vec3 middle = Vec3::Zero();
+      for (uint32_t v : triangles[t]) middle += lattice(in.surface, d.mesh.positions[v]) / 3;
+      points.push_back(middle);
+      face_of_point.push_back(f);
+    }
+  }
+  std::vector<Suspect> faces;
+  if (points.empty()) return faces;
+  const std::vector<float> distance = in.distance(points);
+  for (size_t i = 0; i < points.size(); i++) {
+    const float spacings = distance[i] / in.parts.placement.spacing;
+    if (spacings < kMaybeHole) continue;
+    if (faces.empty() || faces.back().number != face_of_point[i])
+      faces.push_back({spacings, face_of_point[i]});
+    else
+      faces.back().distance = std::max(faces.back().distance, spacings);
+  }
+  worst_first(faces);
+  return faces;
+}
+
+// How far a topology is from the surface's: pieces and loops count more than handles.
+double mismatch(const Topology& is, const Topology& should) {
+  auto difference = [](double a, double b) { return std::abs(a - b); };
+  return 3 * difference(double(is.components), double(should.components)) +
+         2 * difference(double(is.boundary_loops), double(should.boundary_loops)) +
+         difference(double(is.genus), double(should.genus));
+}
+
+struct Attempt {
+  Seams seams;
+  DecodedMesh decoded;
+  Topology topology;
+  double mismatch = 0;
+};
+
+// Of a mesh without border, whose every vertex is used: all that find_seams compares.
+Topology closed_topology(const TriangleMesh& mesh) {
+  Topology t;
+  int parts = 0;
+  connected_parts(mesh, mesh.triangles.size(), parts);
+  t.components = uint64_t(parts);
+  t.euler = int64_t(mesh.positions.size()) - int64_t(mesh.triangles.size() / 2);
+  t.genus = (2 * parts - t.euler) / 2;
+  return t;
+}
+
+Attempt attempt(const Context& in, Seams seams) {
+  Attempt a;
+  std::sort(seams.dropped_links.begin(), seams.dropped_links.end());
+  std::sort(seams.holes.begin(), seams.holes.end());
+  a.decoded = decode_with_seams(assemble(in.parts, {in.parts.boundary_nodes, 0, 0}, seams));
+  a.topology = in.closed ? closed_topology(a.decoded.mesh) : topology(a.decoded.mesh);
+  a.mismatch = mismatch(a.topology, in.topology);
+  a.seams = std::move(seams);
+  return a;
+}
+
+// With these links dropped, these that may make handles, the missing ones added, and every face open that is
+// clearly a hole.
+Attempt with_links(const Context& in, std::vector<uint32_t> dropped, std::vector<uint32_t> handles = {}) {
+  std::sort(dropped.begin(), dropped.end());
+  std::sort(handles.begin(), handles.end());
+  const Pieces pieces = join_parts(in.plain, in.ground, dropped);
+  std::vector<std::array<uint32_t, 2>> added = missing_links(in.plain, in.ground, pieces);
+  Attempt filled = attempt(in, {std::move(dropped), std::move(handles), std::move(added), {}});
+  if (in.closed) return filled;
+  Seams seams = filled.seams;
+  for (const Suspect& face : suspicious_faces(filled.decoded, in))
+    if (face.distance > kHole) seams.holes.push_back(face.number);
+  return seams.holes.empty() ? filled : attempt(in, std::move(seams));
+}
+
+// Opens or closes the faces that one cannot be sure of, as long as that brings the number of loops nearer.
+void adjust_holes(const Context& in, Attempt& best) {
+  Seams closed = best.seams;
+  closed.holes.clear();
+  const Attempt filled = attempt(in, std::move(closed));
+  const std::vector<Suspect> faces = suspicious_faces(filled.decoded, in);
+  int trials = 0;
+  for (size_t i = 0; i < faces.size() && trials < kMostTrials; i++) {
+    if (best.topology.boundary_loops == in.topology.boundary_loops) return;
+    Seams seams = best.seams;
+    const auto at = std::find(seams.holes.begin(), seams.holes.end(), faces[i].number);
+    if ((best.topology.boundary_loops > in.topology.boundary_loops) != (at != seams.holes.end())) continue;
+    if (at == seams.holes.end())
+      seams.holes.push_back(faces[i].number);
+    else
+      seams.holes.erase(at);
+    Attempt a = attempt(in, std::move(seams));
+    trials++;
+    if (a.mismatch < best.mismatch) best = std::move(a);
+  }
+}
+
+// Links that were left out although they run along the surface, in groups of neighbours, without those that
+// `vain` tells of. The largest group first.
+std::vector<std::vector<uint32_t>> missing_handles(const Context& in, const Attempt& a,
+                                                   const std::vector<char>& vain) {
+  std::vector<std::vector<uint32_t>> groups;
+  std::vector<Vec3> last;
+  const double near = 4 * in.parts.placement.spacing;
+  for (uint32_t link = 0; link < a.decoded.links.size(); link++) {
+    if (a.decoded.kind[link] != LinkKind::kRefused || vain[link]) continue;
+    const auto& [u, v] = a.decoded.links[link];
+    const Vec3 p = (in.ground.lattice(a.decoded.mesh.positions[a.decoded.nodes[u]]) +
+                    in.ground.lattice(a.decoded.mesh.positions[a.decoded.nodes[v]])) /
+                   2;
+    size_t k = 0;
+    while (k < groups.size() && (last[k] - p).norm() >= near) k++;
+    if (k == groups.size()) groups.emplace_back(), last.emplace_back();
+    groups[k].push_back(link);
+    last[k] = p;
+  }
+  std::erase_if(groups, [](auto& g) { return g.size() < kFewLinks; });
+  std::stable_sort(groups.begin(), groups.end(), [](auto& x, auto& y) { return x.size() > y.size(); });
+  return groups;
+}
+
+// Makes the handles of the surface. One that is not made leaves out all links across a gap: where a group of
+// neighbours was left out, one of them may make a handle. That was right if most of the others are let in
+// after it.
+void add_handles(const Context& in, Attempt& best) {
+  std::vector<char> vain(in.plain.links.size(), 0);
+  for (int trial = 0; trial < kMostTrials && best.topology.genus < in.topology.genus; trial++) {
+    std::vector<std::vector<uint32_t>> groups = missing_handles(in, best, vain);
+    groups.resize(std::min(groups.size(), size_t(in.topology.genus - best.topology.genus)));
+    if (groups.empty()) return;
+    std::vector<uint32_t> handles = best.seams.handles;
+    for (const auto& group : groups) handles.push_back(group[group.size() / 2]);
+    const Attempt tried = with_links(in, best.seams.dropped_links, handles);
+    // those that made none were let in after another: they are in without being asked for
+    std::erase_if(handles, [&](uint32_t link) { return tried.decoded.kind[link] != LinkKind::kMade; });
+    const size_t made = handles.size();
+    for (const auto& group : groups) {
+      const auto left = std::count_if(group.begin(), group.end(), [&](uint32_t l) {
+        return tried.decoded.kind[l] == LinkKind::kRefused;
+      });
+      if (size_t(left) * 2 <= group.size()) continue;
+      std::erase(handles, group[group.size() / 2]);
+      for (uint32_t link : group) vain[link] = 1;
+    }
+    const bool all = made == handles.size() && tried.seams.handles.size() == made;
+    if (handles.size() <= best.seams.handles.size()) continue;
+    Attempt a = all ? tried : with_links(in, best.seams.dropped_links, std::move(handles));
+    if (a.mismatch >= best.mismatch) return;
+    best = std::move(a);
+  }
+}
+
+// Rounds of mending masks: at most, and without getting better.
+constexpr int kMostRounds = 8, kVainRounds = 1;
+
+}  // namespace
+
+FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
+                      const SeamsInput& input, bool thorough) {
+  const Context in(parts, patches, input);
+  Attempt best = with_links(in, wrong_links(in.plain, in.ground));
+  add_handles(in, best);
+  if (thorough && !input.closed) adjust_holes(in, best);
+  return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
+}
+
+StreamParts mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement,
+                       const SeamsInput& input, std::vector<int>& patch_number,
+                       std::list<CleanedPatch>& storage) {
+  struct State {
+    std::vector<CodedPatch> patches;
+    std::vector<int> patch_number;
+    StreamParts parts;
+    double score;
+  } best = {{}, {}, {}, INFINITY};
+  StreamParts parts = code_stream(patches, placement);
+  for (int round = 0, vain = 0; round < kMostRounds && vain <= kVainRounds; round++) {
+    const Context in(parts, patches, input);
+    const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
+    const Pieces pieces = join_parts(in.plain, in.ground, dropped);
+    Attempt a = with_links(in, dropped);
+    add_handles(in, a);
+    int folds = 0;
+    const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, folds);
+    const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
+    const double score = 10 * a.mismatch + 2 * folds + double(count);
+    if (score < best.score)
+      best = {patches, patch_number, parts, score}, vain = 0;
+    else
+      vain++;
+    if (!remove_pixels(unwanted, patches, patch_number, storage)) break;
+    parts = code_stream(patches, placement);
+  }
+  patches = std::move(best.patches);
+  patch_number = std::move(best.patch_number);
+  return std::move(best.parts);
+}
+
+}  // namespace relief

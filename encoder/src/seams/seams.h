@@ -1,0 +1,36 @@
+// What the encoder learns by decoding its own stream: which faces between patches are real holes of the
+// surface, which links between patches are wrong or missing, and which pixels spoil the seams.
+#pragma once
+#include <list>
+
+#include "measure/topology.h"
+#include "resample/cliffs.h"
+#include "seams/masks.h"
+
+namespace relief {
+
+struct SeamsInput {
+  const Surface& surface;
+  Topology topology;  // of the surface
+  DistanceToSurface distance;
+  bool closed;
+};
+
+struct FoundSeams {
+  Seams seams;
+  TriangleMesh mesh;  // what the stream with these seams decodes to
+  Topology topology;  // of that; components, boundary loops and genus only
+};
+
+// Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed, its handles
+// made. thorough: also tries holes that one cannot be sure of.
+FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
+                      const SeamsInput& input, bool thorough);
+
+// Decodes and takes out of the masks what spoils the seams, a few times over; see unwanted_pixels. Returns
+// the parts of the patches that are left.
+StreamParts mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement,
+                       const SeamsInput& input, std::vector<int>& patch_number,
+                       std::list<CleanedPatch>& storage);
+
+}  // namespace relief
