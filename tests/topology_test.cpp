@@ -1,0 +1,133 @@
+// Closed stays closed (plan, section 7): the topology of what comes back is that of what went in.
+#include "measure/topology.h"
+
+#include <gtest/gtest.h>
+
+#include "closed_shapes.h"
+#include "measure/surface_error.h"
+#include "relief/encoder.h"
+
+namespace relief {
+namespace {
+
+class ClosedShapes : public testing::TestWithParam<int> {};
+
+// The shapes are what they claim to be: a test of topology() as well.
+TEST_P(ClosedShapes, ComeBackTheSame) {
+  const ClosedShape shape = closed_shapes()[size_t(GetParam())];
+  const Topology before = topology(shape.mesh);
+  ASSERT_EQ(before.components, size_t(shape.components)) << shape.name;
+  ASSERT_EQ(before.genus, shape.genus) << shape.name;
+  ASSERT_EQ(before.open_edges, 0u) << shape.name;
+  ASSERT_EQ(before.nonmanifold_edges + before.nonmanifold_vertices, 0u) << shape.name;
+  for (double error : {4e-3, 1e-3, 4e-4, 1e-4}) {
+    SCOPED_TRACE(shape.name + " at " + std::to_string(error));
+    EncodeOptions options;
+    options.error = error;
+    const EncodeResult result = encode(shape.mesh, options);
+    const TriangleMesh decoded = decode(result.stream.data(), result.stream.size());
+    for (bool by_position : {false, true}) {
+      const Topology after = topology(decoded, by_position);
+      EXPECT_EQ(after.components, before.components) << by_position;
+      EXPECT_EQ(after.genus, before.genus) << by_position;
+      EXPECT_EQ(after.boundary_loops, 0u) << by_position;
+      EXPECT_EQ(after.open_edges, 0u) << by_position;
+      EXPECT_EQ(after.nonmanifold_edges, 0u) << by_position;
+      EXPECT_EQ(after.nonmanifold_vertices, 0u) << by_position;
+      if (!by_position)
+        std::printf(
+            "%-16s %6zu triangles, E <= %g: %6zu bytes, %6zu triangles, %u patches, flipped %zu -> %zu\n",
+            shape.name.c_str(), shape.mesh.triangles.size(), error, result.stream.size(),
+            decoded.triangles.size(), result.patches, size_t(before.flipped), size_t(after.flipped));
+    }
+  }
+}
+
+// An open surface keeps its boundary loops: a sheet with a slit narrower than the grid, and one with windows.
+TEST(OpenShapes, KeepTheirLoops) {
+  const TriangleMesh sheet = make_waves(60);
+  auto without = [](TriangleMesh mesh, const std::function<bool(double, double)>& gone) {
+    std::erase_if(mesh.triangles, [&](const auto& t) {
+      double x = 0, y = 0;
+      for (uint32_t v : t) x += mesh.positions[v][0] / 3, y += mesh.positions[v][1] / 3;
+      return gone(x, y);
+    });
+    return mesh;
+  };
+  const TriangleMesh meshes[] = {
+      without(sheet, [](double x, double y) { return std::fabs(x) < 0.0333 && std::fabs(y) < 0.5; }),
+      without(sheet,
+              [](double x, double y) {
+                return std::fabs(std::fabs(x) - 0.5) < 0.2 && std::fabs(std::fabs(y) - 0.5) < 0.2;
+              }),
+      make_hemisphere(24, 72)};
+  for (size_t i = 0; i < std::size(meshes); i++)
+    for (double error : {2e-3, 5e-4, 1e-4}) {
+      SCOPED_TRACE("mesh " + std::to_string(i) + " at " + std::to_string(error));
+      EncodeOptions options;
+      options.error = error;
+      const EncodeResult result = encode(meshes[i], options);
+      const Topology before = topology(meshes[i]),
+                     after = topology(decode(result.stream.data(), result.stream.size()));
+      EXPECT_EQ(after.boundary_loops, before.boundary_loops);
+      EXPECT_EQ(after.components, before.components);
+      EXPECT_EQ(after.genus, before.genus);
+      EXPECT_EQ(after.nonmanifold_edges + after.nonmanifold_vertices, 0u);
+    }
+}
+
+// Triangles between patches do not turn over on a smooth surface.
+TEST(Folds, NoneOnASphere) {
+  for (double error : {2e-3, 3e-4}) {
+    EncodeOptions options;
+    options.error = error;
+    const EncodeResult result = encode(make_bumpy_sphere(6), options);
+    EXPECT_EQ(topology(decode(result.stream.data(), result.stream.size())).flipped, 0u) << error;
+  }
+}
+
+TEST(SmallComponents, SurviveUnlessAskedNotTo) {
+  TriangleMesh mesh = make_bumpy_sphere(5);
+  for (int i = 0; i < 3; i++) mesh = joined(mesh, moved(make_sphere(0, 0.01), 1.5, 0.4 * i, 0));
+  EncodeOptions options;
+  options.error = 2e-3;
+  const EncodeResult all = encode(mesh, options);
+  EXPECT_EQ(topology(decode(all.stream.data(), all.stream.size())).components, 4u);
+  options.min_component = 21;
+  const EncodeResult large = encode(mesh, options);
+  EXPECT_EQ(topology(decode(large.stream.data(), large.stream.size())).components, 1u);
+  EXPECT_LT(large.stream.size(), all.stream.size());
+  ASSERT_EQ(large.warnings.size(), 1u);
+  EXPECT_EQ(large.warnings[0], "dropped 3 small components, 60 triangles, as asked");
+  for (size_t t = 0; t < mesh.triangles.size(); t++) EXPECT_EQ(large.labels[t] < 0, t >= 20480) << t;
+}
+
+// The seams' smoothing (5.3) moves border vertices only, and a little.
+TEST(Smoothing, MovesBordersALittle) {
+  const TriangleMesh mesh = make_torus(96, 40);
+  EncodeOptions options;
+  options.error = 1e-3;
+  const EncodeResult result = encode(mesh, options);
+  const TriangleMesh plain = decode(result.stream.data(), result.stream.size());
+  DecodeOptions smooth;
+  smooth.smooth = true;
+  const TriangleMesh smoothed = decode(result.stream.data(), result.stream.size(), smooth);
+  EXPECT_EQ(plain.triangles, smoothed.triangles);
+  size_t moved = 0;
+  for (size_t v = 0; v < plain.positions.size(); v++) moved += plain.positions[v] != smoothed.positions[v];
+  EXPECT_GT(moved, plain.positions.size() / 100);
+  EXPECT_LT(moved, plain.positions.size() / 2);
+  const ErrorMeter meter(mesh, 100000);
+  const double before = meter.measure(plain).rms, after = meter.measure(smoothed).rms;
+  EXPECT_LT(after, 1.5 * before);
+}
+
+INSTANTIATE_TEST_SUITE_P(, ClosedShapes, testing::Range(0, int(closed_shapes().size())),
+                         [](const auto& shape) {
+                           std::string name = closed_shapes()[size_t(shape.param)].name;
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace relief
