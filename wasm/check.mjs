@@ -1,7 +1,7 @@
 // node check.mjs FILE.wasm: fails unless the module imports nothing and keeps to its size budget.
 import fs from 'node:fs';
 
-const BUDGET = 40 * 1024;
+const BUDGET = 40_000;
 const bytes = fs.readFileSync(process.argv[2]);
 const imports = WebAssembly.Module.imports(new WebAssembly.Module(bytes));
 for (const { module, name } of imports) console.error(`relief.wasm imports ${module}.${name}; it must import nothing`);

@@ -30,7 +30,7 @@ function assertWellFormed(mesh) {
 
 test('the module imports nothing and keeps to 40 KB', () => {
   assert.deepEqual(WebAssembly.Module.imports(new WebAssembly.Module(wasm)), []);
-  assert.ok(wasm.length <= 40 * 1024, `${wasm.length} bytes`);
+  assert.ok(wasm.length <= 40_000, `${wasm.length} bytes`);
 });
 
 test('the decoder can be made from bytes, from a module, from an address, and by default', async () => {
