@@ -1,5 +1,6 @@
-// node render-demo.mjs ORIGINAL.ply PATCHES.glb COMPRESSED.glb OUT.png
-// Draws the three side by side with three.js in headless Chromium. The compressed file goes through the three.js plugin
+// node render-demo.mjs ORIGINAL.ply PATCHES.glb COMPRESSED.glb OUT.png [seam]
+// Draws the three side by side with three.js in headless Chromium, whole or, with `seam`, a part of the Dragon where
+// patches meet. The compressed file goes through the three.js plugin
 // and the WebAssembly decoder, as on any web page.
 import fs from 'node:fs';
 import http from 'node:http';
@@ -11,8 +12,8 @@ import { CHROMIUM } from '../web/test/chromium.mjs';
 
 const web = fileURLToPath(new URL('../web', import.meta.url));
 const { chromium } = createRequire(path.join(web, 'package.json'))('playwright-core');
-const [original, patches, compressed, picture] = process.argv.slice(2);
-if (!picture) throw new Error('usage: node render-demo.mjs ORIGINAL.ply PATCHES.glb COMPRESSED.glb OUT.png');
+const [original, patches, compressed, picture, view = 'whole'] = process.argv.slice(2);
+if (!picture) throw new Error('usage: node render-demo.mjs ORIGINAL.ply PATCHES.glb COMPRESSED.glb OUT.png [seam]');
 
 const models = { '/original.ply': original, '/patches.glb': patches, '/compressed.glb': compressed };
 const folders = { '/three/': path.join(web, 'node_modules/three'), '/web/': web };
@@ -37,7 +38,7 @@ try {
   const failed = new Promise((_, reject) => page.on('pageerror', reject));
   failed.catch(() => {});
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
-  await Promise.race([page.evaluate(texts => window.draw(texts), captions), failed]);
+  await Promise.race([page.evaluate(([texts, name]) => window.draw(texts, name), [captions, view]), failed]);
   await page.locator('main').screenshot({ path: picture });
 } finally {
   await browser.close();
