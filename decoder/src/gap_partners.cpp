@@ -6,7 +6,7 @@
 namespace relief {
 namespace {
 
-constexpr int kMaxVisits = 4096;  // nodes that one search looks at; only hostile streams crowd a cell so much
+constexpr int kMaxVisits = 4096;  // cells and nodes that one search looks at; only hostile streams need so many
 
 uint32_t hash_cell(const Gaps& g, int32_t x, int32_t y, int32_t z) {
   return (uint32_t(x) * 73856093u ^ uint32_t(y) * 19349663u ^ uint32_t(z) * 83492791u) & g.hash_mask;
@@ -105,6 +105,7 @@ void search_cube(const Gaps& g, uint32_t v, int64_t radius, Search& s) {
     for (int32_t y = low[1]; y <= high[1]; y++)
       for (int32_t x = low[0]; x <= high[0]; x++) {
         const uint32_t h = hash_cell(g, x, y, z);
+        if (++s.visits > kMaxVisits) return;
         for (uint32_t i = g.cell_begin[h]; i < g.cell_begin[h + 1]; i++) {
           const CellNode& c = g.cell_nodes[i];
           const int64_t dx = c.position[0] - p[0], dy = c.position[1] - p[1], dz = c.position[2] - p[2];

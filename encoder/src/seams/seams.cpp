@@ -36,20 +36,15 @@ struct Context : SeamsInput {
   }
 };
 
-Vec3 lattice(const Surface& s, const std::array<float, 3>& p) {
-  return (Vec3(p[0], p[1], p[2]) - s.origin) / s.scale;
-}
-
 // Faces that may be holes, the emptiest first, with distances in grid spacings.
 std::vector<Suspect> suspicious_faces(const DecodedMesh& d, const Context& in) {
   std::vector<Vec3> points;
   std::vector<uint32_t> face_of_point;
   const auto& triangles = d.mesh.triangles;
   for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
-    const size_t end = f + 1 < d.first_triangle.size() ? d.first_triangle[f + 1] : triangles.size();
-    for (size_t t = d.first_triangle[f]; t < end; t++) {
+    for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++) {
       Vec3 middle = Vec3::Zero();
-      for (uint32_t v : triangles[t]) middle += lattice(in.surface, d.mesh.positions[v]) / 3;
+      for (uint32_t v : triangles[t]) middle += in.ground.lattice(d.mesh.positions[v]) / 3;
       points.push_back(middle);
       face_of_point.push_back(f);
     }
