@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "measure/closest_point.h"
 
@@ -166,6 +167,8 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
                                                    const Pieces& pieces) {
   std::vector<std::array<uint32_t, 2>> added;
   BallSearch search(ground.surface);
+  std::set<std::pair<uint32_t, uint32_t>> known;  // the decoder adds none of these a second time
+  for (const auto& [a, b] : decoded.links) known.insert(std::minmax(a, b));
   Sets sets(pieces.component.size());
   std::vector<int> group(decoded.nodes.size()), component(decoded.nodes.size());
   auto renew = [&] {
@@ -181,7 +184,8 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
     if (sets.find(g) == sets.find(main)) continue;
     const std::vector<NodePair> pairs = nearest_pairs(decoded, ground, group, component, sets.find(g));
     auto taken = [&](const NodePair& p) {
-      return std::any_of(added.begin(), added.end(), [&](auto& l) { return l[0] == std::min(p.a, p.b); });
+      return known.count(std::minmax(p.a, p.b)) > 0 ||
+             std::any_of(added.begin(), added.end(), [&](auto& l) { return l[0] == std::min(p.a, p.b); });
     };
     auto good = [&](const NodePair& p) {
       return !taken(p) &&
