@@ -5,7 +5,8 @@
  * calls share memory they write to.
  *
  * Every function may be given hostile bytes. It then returns an error code or a (meaningless but well formed)
- * mesh: indices are always below vertex_count, positions are always finite.
+ * mesh: indices are always below vertex_count, positions are always finite, and the triangles are an oriented manifold
+ * (every edge is in one or two triangles, which run along it in opposite ways; around every vertex there is one fan).
  *
  * Method: Ochotta and Saupe, "Image-Based Surface Compression", Computer Graphics Forum 2008. The comments in
  * src/ name the section of that paper which each file implements. Format: docs/RELIEF_patch_compression.
@@ -63,7 +64,7 @@ typedef struct relief_info {
 } relief_info;
 
 /* Reads the header of a stream (or of a prefix of it that holds at least the header).
- *   data, size   the bytes; need not be aligned
+ *   data, size   the bytes; need not be aligned. More bytes than the stream has are CORRUPT
  *   limits       upper bounds, or null for relief_default_limits
  *   info         receives the result; untouched unless RELIEF_OK
  * Errors: ARGUMENT, TRUNCATED, MAGIC, VERSION, CORRUPT, LIMIT. Time: proportional to the number of patches. */

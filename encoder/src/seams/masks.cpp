@@ -12,7 +12,7 @@
 namespace relief {
 namespace {
 
-constexpr size_t kSpeckPixels = 6;
+constexpr size_t kStrayPixels = 64;
 constexpr size_t kTinyPixels = 8;                         // a piece as small as this is not made smaller
 const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 
@@ -24,13 +24,21 @@ struct PositionHash {
   }
 };
 
-void mark_specks(const Ground& ground, const Pieces& pieces, std::vector<char>& unwanted) {
+// Small pieces that no link could join to the largest of their component.
+void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                 std::vector<char>& unwanted) {
+  int parts = 0;
+  const std::vector<int> part = connected_parts(decoded.mesh, decoded.mesh.triangles.size(), parts);
+  std::vector<int> main(pieces.main.size(),
+                        -1);  // of each component of the surface: the part that holds its main group
+  auto group = [&](size_t v) { return size_t(pieces.group[size_t(pieces.part[v])]); };
   for (size_t v = 0; v < ground.pixel.size(); v++) {
-    const int group = pieces.group[size_t(pieces.part[v])];
-    if (pieces.main[size_t(pieces.component[size_t(group)])] != group &&
-        pieces.pixels[size_t(group)] < kSpeckPixels)
-      unwanted[v] = 1;
+    const size_t component = size_t(pieces.component[group(v)]);
+    if (pieces.main[component] == int(group(v))) main[component] = part[v];
   }
+  for (size_t v = 0; v < ground.pixel.size(); v++)
+    if (part[v] != main[size_t(pieces.component[group(v)])] && pieces.pixels[group(v)] < kStrayPixels)
+      unwanted[v] = 1;
 }
 
 void mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
@@ -165,7 +173,7 @@ std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& grou
   folds = mark_folds(decoded, ground, unwanted);
   for (size_t v = 0; v < unwanted.size(); v++)
     if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
-  mark_specks(ground, pieces, unwanted);
+  mark_strays(decoded, ground, pieces, unwanted);
   return unwanted;
 }
 

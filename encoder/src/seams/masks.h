@@ -13,7 +13,7 @@ struct CleanedPatch {
 };
 
 // For every vertex that is a pixel, whether its mask is better without it:
-// - small pieces that no link joins to the rest of their component: each would close to a speck of its own;
+// - small pieces that no link could join to the rest of their component;
 // - one of two pixels at one point of the lattice;
 // - pixels where links contradict one another;
 // - pixels beyond the border of another patch, where the triangles between the patches turn over. `folds`
