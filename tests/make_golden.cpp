@@ -24,8 +24,8 @@ std::vector<Shape> golden_shapes() {
           {"torus", make_torus(48, 20), true, 1, 2e-3},
           {"plate", wavy_plate, true, 1, 1e-3},
           {"hemisphere", make_hemisphere(16, 48), false, 1, 3e-3},
-          {"nested-spheres", make_nested_spheres(3), true, 2, 5e-3},
-          {"one-patch", make_waves(24), false, 1, 3e-3}};
+          {"nested-spheres", make_nested_spheres(3), true, 2, 2e-3},
+          {"one-patch", make_waves(24), false, 1, 5e-4}};
 }
 
 }  // namespace

@@ -1,48 +1,86 @@
-// The `subband` coefficient coder: quantised wavelet coefficients band by band, each with one rich context
-// made of its coded neighbours, its parent and the sibling bands. Shared with the encoder.
+// The `subband` coefficient coder: quantised wavelet coefficients band by band, each bit by two models: one
+// in a rich context made of coded neighbours, parent and sibling bands, one by the nearest magnitudes; mixed. Shared with the encoder.
 #pragma once
 #include "format.h"
-#include "models.h"
+#include "mixing.h"
 
 namespace relief {
 
-constexpr int kActivities = 16;  // classes of the expected magnitude
+constexpr int kActivities = 20;  // classes of the expected magnitude
 constexpr int kUnary = 15;       // magnitudes from here on have an exponential-Golomb tail
+constexpr int kScales = 3;       // the two finest levels and all coarser ones have models of their own
+constexpr int kGreaterSets = 5;  // sets of mixing weights for the steps of a magnitude
 
-// Class of a weighted sum of neighbouring magnitudes: 0 for 0, then about logarithmic to the base 1.45. Part
-// of the format.
-struct ActivityTable {
-  static constexpr int kSize = 256;
-  uint8_t value[kSize];
-  constexpr ActivityTable() : value() {
-    constexpr int kFirst[kActivities] = {0, 1, 2, 3, 4, 5, 7, 10, 14, 20, 29, 42, 60, 87, 126, 182};
-    for (int i = 0, k = 0; i < kSize; i++) {
-      while (k + 1 < kActivities && i >= kFirst[k + 1]) k++;
-      value[i] = uint8_t(k);
-    }
-  }
+// What a coefficient's expected magnitude is made of: weights of the magnitudes around it, fitted on scans by
+// hill climbing on the bits. Part of the format.
+struct ActivityWeights {
+  uint8_t W, N, NW, NE, WW, NN;                  // coded neighbours in the band
+  uint8_t parent, parent_across, parent_down;    // the same band, a level coarser, and the neighbours there
+  struct {
+    uint8_t here, across, down;
+  } sibling[2];  // the bands of this level that are coded already: HL, LH
 };
-inline constexpr ActivityTable kActivity;
+constexpr ActivityWeights kActivityWeights[3] = {{52, 50, 8, 30, 4, 12, 6, 1, 5, {}},
+                                                 {58, 28, 6, 18, 12, 0, 5, 3, 2, {{12, 8, 8}, {}}},
+                                                 {18, 3, 9, 14, 0, 0, 4, 1, 1, {{10, 2, 8}, {6, 5, 2}}}};
+constexpr int kActivityShift = 2;
+constexpr int kEdgeFactor = 205, kEdgeShift = 6;  // coefficients at the mask's edge are larger
+
+// Class of a weighted sum: two an octave.
+inline int activity_class(uint32_t e) {
+  if (e < 2) return int(e);
+  const int octave = 31 - __builtin_clz(e), c = 2 * octave + int(e >> (octave - 1) & 1);
+  return c < kActivities ? c : kActivities - 1;
+}
+
+// First guesses, in 1/65536 and 1/256: that a coefficient of a class is not zero; that a magnitude is greater
+// than 1, than 2, than any k beyond. Trained on scans; part of the format.
+constexpr uint16_t kFirstNonzero[kActivities] = {10,    20,    40,    150,   500,   600,   1600,
+                                                 3600,  6700,  12500, 19700, 28900, 36900, 44800,
+                                                 49700, 54000, 56900, 59900, 60700, 63700};
+constexpr uint8_t kFirstGreater[kActivities][3] = {
+    {190, 200, 220}, {79, 51, 167},   {57, 146, 151},  {50, 58, 139},   {71, 72, 167},
+    {43, 110, 163},  {41, 100, 178},  {56, 111, 161},  {44, 94, 158},   {49, 95, 153},
+    {58, 91, 157},   {78, 96, 151},   {100, 112, 159}, {128, 133, 162}, {149, 158, 179},
+    {169, 175, 190}, {196, 191, 204}, {211, 210, 216}, {225, 222, 224}, {244, 244, 244}};
+constexpr uint32_t kFirstCount = 12;  // what a first guess is worth
 
 struct CoefficientModels {
-  Model zero[kActivities][4][kLevels][2];  // by activity, band type, level, mask edge
-  Model greater[kActivities][3][kUnary + 1];
+  Logistic logistic;
+  // each bit has two models, mixed: one by activity, one by the nearest magnitudes
+  Model zero[kActivities][3][kScales][2];  // by activity, band type, scale, mask edge
+  Model zero_near[256][3];
+  Model greater[kActivities][kScales][kUnary + 1];
+  Model greater_near[64][3][kUnary + 1];
+  int32_t zero_weight[kActivities][2], greater_weight[kActivities][kGreaterSets][2];
   Model sign[3][9];
   Model tail[3][kGolombModels];
   Model low_zero[2], low[2][kGolombModels];
+
   void init() {
-    for (Model* m = &zero[0][0][0][0]; m < &zero[0][0][0][0] + sizeof(zero) / sizeof(Model); m++)
-      *m = kModelInit;
-    for (Model* m = &greater[0][0][0]; m < &greater[0][0][0] + sizeof(greater) / sizeof(Model); m++)
-      *m = kModelInit;
-    for (auto& t : sign)
-      for (Model& m : t) m = kModelInit;
-    for (auto& t : tail)
-      for (Model& m : t) m = kModelInit;
-    for (auto& t : low)
-      for (Model& m : t) m = kModelInit;
-    low_zero[0] = low_zero[1] = kModelInit;
+    logistic.init();
+    fresh(&zero_near[0][0], sizeof zero_near);
+    fresh(&greater_near[0][0][0], sizeof greater_near);
+    fresh(&sign[0][0], sizeof sign);
+    fresh(&tail[0][0], sizeof tail);
+    fresh(low_zero, sizeof low_zero);
+    fresh(&low[0][0], sizeof low);
+    for (int a = 0; a < kActivities; a++) {
+      for (auto& type : zero[a])
+        for (auto& scale : type) scale[0] = scale[1] = model_of(kFirstNonzero[a], kFirstCount);
+      for (auto& scale : greater[a])
+        for (int k = 0; k <= kUnary; k++)
+          scale[k] = model_of(kFirstGreater[a][k < 1 ? 0 : k < 3 ? k - 1 : 2] * 256u, kFirstCount);
+      first_weights(zero_weight[a]);
+      for (auto& set : greater_weight[a]) first_weights(set);
+    }
   }
+
+ private:
+  static void fresh(Model* m, size_t bytes) {
+    for (size_t i = 0; i < bytes / sizeof(Model); i++) m[i] = kModelInit;
+  }
+  static void first_weights(int32_t* w) { w[0] = 46000, w[1] = 18000; }  // 0.70 and 0.27
 };
 
 inline int32_t magnitude(int32_t v) { return v < 0 ? -v : v; }
@@ -50,55 +88,78 @@ inline int32_t magnitude(int32_t v) { return v < 0 ? -v : v; }
 // The contexts of one coefficient.
 struct Context {
   int activity;
-  bool edge;
+  int near;  // the nearest magnitudes, cut short: bits 0-5 W, N, NW, NE; bits 6-7 those beyond
   int sign;
+  bool edge;
 };
 
 // Gathers the context of the coefficient at (x, y) of band `type` at `level`. q: the patch's planes of
 // quantised coefficients, m: of masks (same layout).
 inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, int level, int type,
                           uint32_t x, uint32_t y) {
+  const ActivityWeights& k = kActivityWeights[type];
   const Band& b = p.high[level][type];
   const ptrdiff_t s = b.stride;
   const int32_t* c = q + b.at(x, y);
-  const int32_t W = magnitude(c[-1]), N = magnitude(c[-s]), NW = magnitude(c[-s - 1]),
-                NE = magnitude(c[-s + 1]);
-  const int32_t WW = magnitude(c[-2]), NN = magnitude(c[-2 * s]);
-  int32_t e;
-  if (type == 2)
-    e = 3 * (W + N) + 2 * (NW + NE) + WW + NN;
-  else if (type == 0)
-    e = 4 * N + 2 * W + 2 * (NW + NE) + WW + NN;  // HL: structures run down
-  else
-    e = 4 * W + 2 * N + 2 * (NW + NE) + WW + NN;
-  e *= 2;
-  if (level + 1 < kLevels) {  // the parent in the same band of the next coarser level, and its neighbours
+  // magnitudes are below 2^20: sums of products fit
+  const uint32_t W = uint32_t(magnitude(c[-1])), N = uint32_t(magnitude(c[-s])),
+                 NW = uint32_t(magnitude(c[-s - 1])), NE = uint32_t(magnitude(c[-s + 1])),
+                 WW = uint32_t(magnitude(c[-2])), NN = uint32_t(magnitude(c[-2 * s]));
+  uint32_t e = k.W * W + k.N * N + k.NW * NW + k.NE * NE + k.WW * WW + k.NN * NN;
+  auto around = [&](const int32_t* t, ptrdiff_t ts, uint32_t here, uint32_t across, uint32_t down) {
+    return here * uint32_t(magnitude(t[0])) + across * uint32_t(magnitude(t[-1]) + magnitude(t[1])) +
+           down * uint32_t(magnitude(t[-ts]) + magnitude(t[ts]));
+  };
+  if (level + 1 < kLevels) {
     const Band& up = p.high[level + 1][type];
     const uint32_t px = x / 2 < up.width ? x / 2 : up.width - 1,
                    py = y / 2 < up.height ? y / 2 : up.height - 1;
-    if (up.width && up.height) {
-      const int32_t* t = q + up.at(px, py);
-      const ptrdiff_t ts = up.stride;
-      e += 3 * magnitude(t[0]) + magnitude(t[-1]) + magnitude(t[1]) + magnitude(t[-ts]) + magnitude(t[ts]);
-    }
+    if (up.width && up.height)
+      e += around(q + up.at(px, py), up.stride, k.parent, k.parent_across, k.parent_down);
   }
-  int32_t siblings = 0;
-  for (int k = 0; k < type; k++) {  // the bands of this level that are coded already
-    const Band& sib = p.high[level][k];
-    if (x >= sib.width || y >= sib.height) continue;
-    const int32_t* t = q + sib.at(x, y);
-    const ptrdiff_t ts = sib.stride;
-    siblings +=
-        3 * magnitude(t[0]) + 2 * (magnitude(t[-1]) + magnitude(t[1]) + magnitude(t[-ts]) + magnitude(t[ts]));
+  for (int i = 0; i < type; i++) {
+    const Band& sib = p.high[level][i];
+    if (x < sib.width && y < sib.height)
+      e += around(q + sib.at(x, y), sib.stride, k.sibling[i].here, k.sibling[i].across, k.sibling[i].down);
   }
-  e += type == 2 ? siblings / 2 : siblings;
-  const uint8_t* k = m + b.at(x, y);
+  const uint8_t* in = m + b.at(x, y);
   Context r;
-  r.edge = k[-1] + k[1] + k[-s] + k[s] + k[-s + 1] < 5;
-  if (r.edge) e = e * 5 / 4;
-  r.activity = kActivity.value[e < ActivityTable::kSize ? e : ActivityTable::kSize - 1];
+  r.edge = in[-1] + in[1] + in[-s] + in[s] + in[-s + 1] < 5;
+  constexpr uint32_t kMost = 1u << 22;  // all classes end far below
+  if (e > kMost) e = kMost;
+  if (r.edge) e = e * kEdgeFactor >> kEdgeShift;
+  r.activity = activity_class(e >> kActivityShift);
+  auto cut = [](uint32_t v, uint32_t most) { return int(v < most ? v : most); };
+  r.near = cut(W, 3) | cut(N, 3) << 2 | cut(NW, 1) << 4 | cut(NE, 1) << 5 | cut(WW + NN, 3) << 6;
   r.sign = 3 * ((c[-s] > 0) - (c[-s] < 0)) + (c[-1] > 0) - (c[-1] < 0) + 4;
   return r;
+}
+
+// The models of one bit of a coefficient.
+struct BitModels {
+  Model* m[2];
+  int32_t* weight;
+};
+
+inline int scale_of(int level) { return level < kScales ? level : kScales - 1; }
+
+inline BitModels zero_models(CoefficientModels& models, const Context& c, int level, int type) {
+  return {{&models.zero[c.activity][type][scale_of(level)][c.edge], &models.zero_near[c.near][type]},
+          models.zero_weight[c.activity]};
+}
+
+// Of the bit that tells whether the magnitude is greater than k.
+inline BitModels greater_models(CoefficientModels& models, const Context& c, int level, int type, int k) {
+  const int set = k < kGreaterSets ? k - 1 : kGreaterSets - 1;
+  return {{&models.greater[c.activity][scale_of(level)][k], &models.greater_near[c.near & 63][type][k]},
+          models.greater_weight[c.activity][set]};
+}
+
+// Where nothing around is coded, one model does: most coefficients are there.
+template <class Coder>
+inline int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
+  if (c.activity == 0) return code_bit<kCoefficientLimit>(coder, *b.m[0], bit);
+  return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }
 
 // Codes one coefficient in its context.
@@ -106,11 +167,11 @@ template <class Coder>
 int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type,
                          int32_t v) {
   const int32_t mag = magnitude(v);
-  if (!code_bit<kCoefficientLimit>(coder, models.zero[ctx.activity][type][level][ctx.edge], mag > 0))
-    return 0;
+  if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type), mag > 0)) return 0;
   const int negative = code_bit<kCoefficientLimit>(coder, models.sign[type][ctx.sign], v < 0);
   int32_t k = 1;
-  while (k < kUnary && code_bit<kCoefficientLimit>(coder, models.greater[ctx.activity][type][k], mag > k))
+  while (k < kUnary &&
+         code_bit(coder, models.logistic, ctx, greater_models(models, ctx, level, type, k), mag > k))
     k++;
   if (k == kUnary) k += int32_t(code_golomb(coder, models.tail[type], uint32_t(mag - kUnary)));
   return negative ? -k : k;

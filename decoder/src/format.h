@@ -129,7 +129,7 @@ inline Pyramid pyramid_of(uint32_t w, uint32_t h) {
 
 // Steps of a band relative to the patch's step (HL and LH alike), part of the format.
 inline float band_step(int level, int type) {
-  constexpr float kStep[2][2] = {{1.5f, 2.0f}, {1.1f, 1.2f}};
+  constexpr float kStep[2][2] = {{1.35f, 1.8f}, {1.0f, 1.1f}};
   return level < 2 ? kStep[level][type == 2] : 1.0f;
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <list>
 #include <memory>
 #include <optional>
 
@@ -20,7 +21,7 @@ constexpr size_t kErrorSamples = 300000, kFinalSamples = 1200000, kFewestSamples
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
-constexpr double kSamplingMargin = 0.008;
+constexpr double kSamplingMargin = 0.004;
 constexpr double kUsualSlope = 0.27;  // of the logarithm of error or bytes over that of lambda
 constexpr int kMaxTrials = 12;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
@@ -154,30 +155,46 @@ void prepare(Job& m, Stopwatch& watch) {
   watch.lap("resample");
 }
 
-// thorough: the last word on a stream, see find_seams.
-Trial try_lambda(const Job& m, double lambda, bool thorough, Stopwatch& watch) {
-  Trial trial;
-  trial.lambda = lambda;
+SeamsInput seams_input(const Job& m) { return {m.surface, m.topology, distance_to(m), m.closed}; }
+
+// The patches sampled as a Lagrangian parameter wants them, ready to be coded with any step.
+struct Sampled {
+  std::vector<CodedPatch> patches;
+  std::vector<int> patch_number;
+  StreamPlacement placement;
+  std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
+};
+
+Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
+  Sampled s;
   const Allocator::Choice choice =
       m.options.density > 0 ? m.allocator->fixed(lambda, m.options.density) : m.allocator->choose(lambda);
   double spacing, step;
-  std::vector<CodedPatch> patches = m.allocator->coded(choice, spacing, step, trial.patch_number);
+  s.patches = m.allocator->coded(choice, spacing, step, s.patch_number);
+  if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
+  s.placement = {{}, float(m.surface.scale), float(spacing), float(step), float(kTrade), m.closed};
+  for (int k = 0; k < 3; k++) s.placement.origin[k] = float(m.surface.origin[k]);
   watch.lap("allocate");
-  if (patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
-  StreamPlacement placement = {{},          float(m.surface.scale), float(spacing),
-                               float(step), float(kTrade),          m.closed};
-  for (int k = 0; k < 3; k++) placement.origin[k] = float(m.surface.origin[k]);
-  const SeamsInput input = {m.surface, m.topology, distance_to(m), m.closed};
-  std::list<CleanedPatch> cleaned;
-  const StreamParts parts = thorough ? mend_masks(patches, placement, input, trial.patch_number, cleaned)
-                                     : code_stream(patches, placement);
+  return s;
+}
+
+void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
+  mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned);
+  watch.lap("mend");
+}
+
+// thorough: the last word on a stream, see find_seams.
+Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
+  Trial trial;
+  const StreamParts parts = code_stream(s.patches, s.placement);
   watch.lap("code");
-  FoundSeams found = find_seams(parts, patches, input, thorough);
+  FoundSeams found = find_seams(parts, s.patches, seams_input(m), thorough);
   const TriangleMesh& result = found.mesh;
   trial.topology = found.topology;
   trial.stream = assemble(
       parts, {parts.boundary_nodes, uint32_t(result.positions.size()), uint32_t(result.triangles.size())},
       found.seams);
+  trial.patch_number = s.patch_number;
   watch.lap("decode");
   const SurfaceError e = (thorough ? m.final_meter : m.meter)->measure(result);
   trial.error = e.rms / e.diagonal;
@@ -192,28 +209,38 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
-// The thorough trial nearest to log lambda = x that keeps within the target: mending the seams moves the
-// error a little. met: whether any trial did; then also whether this one does.
-Trial last_word(const Job& m, double x, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 5;
-  constexpr double kAim = 0.004;  // inside of the target, more with every trial
-  const double slope = (bytes > 0 ? -1 : 1) * kUsualSlope;
-  Trial last;
+// The thorough trial of the patches as lambda samples them, with the step that just keeps within the target:
+// with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
+// whether this one does.
+Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch& watch) {
+  constexpr int kMost = 5, kMendRounds = 8, kMendAgainRounds = 2;
+  constexpr double kInside = 0.008, kAim = 0.002;  // of the target, in the logarithm
+  Sampled s = sample(m, lambda, watch);
+  const double usual = bytes > 0 ? -0.9 : 0.6;  // slope of the excess y over x, the logarithm of the step
+  Trial best;
+  double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
+  double x = std::log(double(s.placement.step));
   for (int i = 0; i < kMost; i++) {
-    last = try_lambda(m, std::exp(x), true, watch);
-    const double y = excess(last, m.options, bytes);
-    if (!met || y <= 0) return last;
-    x += std::clamp(-(y + kAim * (i + 1)) / slope, -1.0, 1.0);
+    s.placement.step = float(std::clamp(std::exp(x), kLeastStep, kMostStep));
+    mend(m, s, i == 0 ? kMendRounds : kMendAgainRounds, watch);
+    Trial t = code(m, s, true, watch);
+    const double y = excess(t, m.options, bytes);
+    if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
+    if (!met || (best_y <= 0 && best_y > -kInside)) break;
+    if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
+    if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
+    const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
+    const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
+    x = bracket ? inside_x - (inside_y + kAim) / slope : x + std::clamp(-(y + kAim) / slope, -0.3, 0.3);
   }
-  met = false;
-  return last;
+  met = best_y <= 0;
+  return best;
 }
 
-// Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess. Ends
-// with the best trial that keeps within the target, at most 1% (bytes) or 2% (error) inside where streams are
-// that dense.
+// Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
+// trial is near the target; the last word does the rest.
 Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
-  const double tolerance = bytes > 0 ? 0.01 : 0.02;
+  const double near = bytes > 0 ? 0.02 : 0.03;
   const double direction = bytes > 0 ? -1 : 1;  // excess rises with lambda for errors, falls for bytes
   double guess = m.options.error * kLatticeDiagonal * 4.5 * m.spacing;  // step * spacing for the error
   if (bytes > 0) guess = 1e-4 * kLatticeDiagonal * 4.5 * m.spacing;
@@ -231,9 +258,11 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
   met = false;
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
-    Trial t = try_lambda(m, std::exp(x), false, watch);
+    Sampled sampled = sample(m, std::exp(x), watch);
+    Trial t = code(m, sampled, false, watch);
+    t.lambda = std::exp(x);
     const double y = excess(t, m.options, bytes);
-    if (y <= 0 && y > -tolerance) {
+    if (std::fabs(y) < near) {
       met = true;
       best = std::move(t);
       break;
@@ -247,18 +276,18 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
     if (inside && outside) {
       const double lo = std::min(inside->x, outside->x), hi = std::max(inside->x, outside->x);
       if (hi - lo < kNarrowest) break;
-      // aim a little inside of the target, but keep the bracket shrinking
+      // aim at the target, but keep the bracket shrinking
       slope = (outside->y - inside->y) / (outside->x - inside->x);
-      x = inside->x + (-0.4 * tolerance - inside->y) / slope;
+      x = inside->x - inside->y / slope;
       x = std::clamp(x, lo + 0.15 * (hi - lo), hi - 0.15 * (hi - lo));
     } else {
       const double next =
-          std::clamp(x + std::clamp((-0.4 * tolerance - y) / slope, -3.0, 3.0), least_x, most_x);
+          std::clamp(x + std::clamp(-y / slope, -3.0, 3.0), least_x, most_x);
       if (next == x) break;  // as fine or as coarse as streams get
       x = next;
     }
   }
-  return last_word(m, std::log(met ? best.lambda : least.lambda), bytes, met, watch);
+  return last_word(m, met ? best.lambda : least.lambda, bytes, met, watch);
 }
 
 }  // namespace

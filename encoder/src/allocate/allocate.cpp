@@ -242,7 +242,7 @@ std::vector<CodedPatch> Allocator::coded(const Choice& choice, double& spacing, 
   for (int k : choice.resolution)
     if (k != kDropped) coarsest = std::min(coarsest, k);
   spacing = in_.spacing * quarter_power(-coarsest);
-  step = std::clamp(choice.step * quarter_power(coarsest), 1.0 / 32, double(1 << 19));  // the format's range
+  step = std::clamp(choice.step * quarter_power(coarsest), kLeastStep, kMostStep);
   std::vector<CodedPatch> coded;
   patch_number.assign(in_.patches.size(), -1);
   for (size_t p = 0; p < in_.patches.size(); p++) {

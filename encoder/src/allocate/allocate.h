@@ -65,7 +65,10 @@ class Allocator {
   std::unique_ptr<CoefficientModels> models_;  // trained on the first choice
 };
 
+// The format's range of a step.
+constexpr double kLeastStep = 1.0 / 32, kMostStep = 1 << 19;
+
 // RDOQ's exchange rate: squared steps a bit. With it, lambda = kTrade * (step * spacing)^2.
-constexpr double kTrade = 0.08;
+constexpr double kTrade = 0.11;
 
 }  // namespace relief

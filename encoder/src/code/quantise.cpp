@@ -21,14 +21,20 @@ void quantise_low(const WaveletImage& image, float step, int32_t* q) {
 
 namespace {
 
-float magnitude_bits(const CoefficientModels& models, const Context& c, int level, int type, int32_t mag) {
-  const uint32_t zero = model_p16(models.zero[c.activity][type][level][c.edge]);
-  if (mag == 0) return bit_cost(0, zero);
-  float bits = bit_cost(1, zero) + 1;  // the sign is about a bit
-  const Model* greater = models.greater[c.activity][type];
+float cost_of(const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
+  const uint32_t p16 =
+      c.activity == 0 ? model_p16(*b.m[0]) : uint32_t(mix<2>(logistic, b.m, b.weight).p12) << 4;
+  return bit_cost(bit, p16);
+}
+
+float magnitude_bits(CoefficientModels& models, const Context& c, int level, int type, int32_t mag) {
+  const BitModels zero = zero_models(models, c, level, type);
+  if (mag == 0) return cost_of(models.logistic, c, zero, 0);
+  float bits = cost_of(models.logistic, c, zero, 1) + 1;  // the sign is about a bit
   const int32_t end = std::min(mag, kUnary);
-  for (int32_t k = 1; k < end; k++) bits += bit_cost(1, model_p16(greater[k]));
-  if (mag < kUnary) return bits + bit_cost(0, model_p16(greater[mag]));
+  for (int32_t k = 1; k < end; k++)
+    bits += cost_of(models.logistic, c, greater_models(models, c, level, type, k), 1);
+  if (mag < kUnary) return bits + cost_of(models.logistic, c, greater_models(models, c, level, type, mag), 0);
   return bits + 2 * std::log2(float(mag - kUnary + 1)) + 1;
 }
 

@@ -193,8 +193,7 @@ void add_handles(const Context& in, Attempt& best) {
   }
 }
 
-// Rounds of mending masks: at most, and without getting better.
-constexpr int kMostRounds = 8, kVainRounds = 1;
+constexpr int kVainRounds = 1;  // of mending masks, without getting better
 
 }  // namespace
 
@@ -207,17 +206,15 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }
 
-StreamParts mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement,
-                       const SeamsInput& input, std::vector<int>& patch_number,
-                       std::list<CleanedPatch>& storage) {
+void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
+                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage) {
   struct State {
     std::vector<CodedPatch> patches;
     std::vector<int> patch_number;
-    StreamParts parts;
     double score;
-  } best = {{}, {}, {}, INFINITY};
+  } best = {{}, {}, INFINITY};
   StreamParts parts = code_stream(patches, placement);
-  for (int round = 0, vain = 0; round < kMostRounds && vain <= kVainRounds; round++) {
+  for (int round = 0, vain = 0; round < rounds && vain <= kVainRounds; round++) {
     const Context in(parts, patches, input);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
     const Pieces pieces = join_parts(in.plain, in.ground, dropped);
@@ -228,7 +225,7 @@ StreamParts mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& 
     const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
     const double score = 10 * a.mismatch + 2 * folds + double(count);
     if (score < best.score)
-      best = {patches, patch_number, parts, score}, vain = 0;
+      best = {patches, patch_number, score}, vain = 0;
     else
       vain++;
     if (!remove_pixels(unwanted, patches, patch_number, storage)) break;
@@ -236,7 +233,6 @@ StreamParts mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& 
   }
   patches = std::move(best.patches);
   patch_number = std::move(best.patch_number);
-  return std::move(best.parts);
 }
 
 }  // namespace relief

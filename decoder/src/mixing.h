@@ -1,0 +1,70 @@
+// Mixing the opinions of several adaptive models on one bit in the logistic domain (Mahoney's lpaq). Integers
+// only. Shared with the encoder.
+#pragma once
+#include "models.h"
+
+namespace relief {
+
+// ln(p / (1 - p)) in 1/256 and its inverse, on 12-bit probabilities; filled by integer interpolation, part of
+// the format.
+struct Logistic {
+  int16_t stretch[4096];
+
+  static int squash(int x) {  // x in 1/256, -2047 .. 2047 -> 1 .. 4095
+    constexpr int kKnot[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
+                               310,  488,  747,  1101, 1546, 2047, 2549, 2994, 3348, 3607, 3785,
+                               3901, 3975, 4022, 4050, 4068, 4079, 4085, 4089, 4092, 4093, 4094};
+    if (x > 2047) return 4095;
+    if (x < -2047) return 1;
+    const int w = x & 127, k = (x >> 7) + 16;
+    return (kKnot[k] * (128 - w) + kKnot[k + 1] * w + 64) >> 7;
+  }
+
+  void init() {
+    int p = 0;
+    for (int x = -2047; x <= 2047; x++) {
+      const int v = squash(x);
+      for (; p <= v; p++) stretch[p] = int16_t(x);
+    }
+    for (; p < 4096; p++) stretch[p] = 2047;
+  }
+};
+
+// N models' opinions on the next bit.
+template <int N>
+struct Mixed {
+  int stretched[N];
+  int p12;  // probability of a 1 in 12 bits
+};
+
+// weight: 16.16, one for each model.
+template <int N>
+inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* weight) {
+  Mixed<N> r;
+  int64_t dot = 0;
+  for (int i = 0; i < N; i++) {
+    r.stretched[i] = logistic.stretch[model_p16(*m[i]) >> 4];
+    dot += int64_t(weight[i]) * r.stretched[i];
+  }
+  const int64_t x = dot >> 16;
+  r.p12 = Logistic::squash(int(x > 2047 ? 2047 : x < -2047 ? -2047 : x));
+  return r;
+}
+
+// Codes a bit. Models adapt up to the count Limit; the weights follow the error by gradient descent, at the
+// rate 2^-Rate.
+template <int N, uint32_t Limit, int Rate, class Coder>
+inline int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight, int bit) {
+  constexpr int32_t kMostWeight = 1 << 24;  // never reached but by hostile bytes
+  const Mixed<N> mixed = mix<N>(logistic, m, weight);
+  bit = coder.code(bit, uint32_t(mixed.p12) << 4);
+  const int error = ((bit << 12) - mixed.p12) * 16;
+  for (int i = 0; i < N; i++) {
+    const int32_t w = weight[i] + ((mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate);
+    weight[i] = w > kMostWeight ? kMostWeight : w < -kMostWeight ? -kMostWeight : w;
+    model_update<Limit>(*m[i], bit);
+  }
+  return bit;
+}
+
+}  // namespace relief
