@@ -21,10 +21,10 @@ inline uint32_t model_p16(Model m) {
 }
 
 struct ReciprocalTable {
-  uint32_t value[1024];
+  uint16_t value[1024];
   constexpr ReciprocalTable() : value() {
     for (uint32_t i = 0; i < 1024; i++)
-      value[i] = 655360 / (10 * i + 16);  // 65536 / (i + 1.6), part of the format
+      value[i] = uint16_t(655360 / (10 * i + 16));  // 65536 / (i + 1.6), part of the format
   }
 };
 inline constexpr ReciprocalTable kReciprocal;
