@@ -69,7 +69,7 @@ struct Job {
 // One stream and what it decodes to.
 struct Trial {
   double lambda = 0;
-  std::vector<uint8_t> stream;
+  std::vector<uint8_t> stream, unquantised;
   double error = 0;   // fraction of the diagonal
   Topology topology;  // of what it decodes to
   std::vector<int> patch_number;
@@ -234,6 +234,11 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
     x = bracket ? inside_x - (inside_y + kAim) / slope : x + std::clamp(-(y + kAim) / slope, -0.3, 0.3);
   }
   met = best_y <= 0;
+  if (m.options.unquantised) {
+    s.placement.step = float(kLeastStep);
+    s.placement.trade = 0;
+    best.unquantised = code(m, s, true, watch).stream;
+  }
   return best;
 }
 
@@ -319,6 +324,7 @@ EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
   Trial trial = search(m, bytes, result.target_met, watch);
   result.target_met = result.target_met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);
+  result.unquantised = std::move(trial.unquantised);
   result.error = trial.error;
   result.warnings = m.surface.warnings;
   warn_of_topology(trial.topology, m.topology, result.warnings);

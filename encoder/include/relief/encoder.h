@@ -37,12 +37,14 @@ struct EncodeOptions {
   double density = 0;    // mu of 3.4: grid spacing over the mean spacing of the input's vertices; 0: by
                          // rate-distortion, patch by patch (3.6)
   size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
-  bool fit = true;       // least-squares fitting of elevations (4.1)
+  bool fit = true;           // least-squares fitting of elevations (4.1)
+  bool unquantised = false;  // also code the same patches with the finest step: tells the error of sampling
   Progress progress;     // may be empty
 };
 
 struct EncodeResult {
   std::vector<uint8_t> stream;
+  std::vector<uint8_t> unquantised;  // as asked; else empty
   double error = 0;         // symmetric rms error measured on the decoded stream, fraction of the diagonal
   bool target_met = false;  // false: this is the closest that could be reached
   uint32_t patches = 0;
