@@ -1,5 +1,6 @@
 // The `subband` coefficient coder: quantised wavelet coefficients band by band, each bit by two models: one
-// in a rich context made of coded neighbours, parent and sibling bands, one by the nearest magnitudes; mixed. Shared with the encoder.
+// in a rich context made of coded neighbours, parent and sibling bands, one by the nearest magnitudes; mixed.
+// Shared with the encoder.
 #pragma once
 #include "format.h"
 #include "mixing.h"
@@ -14,8 +15,8 @@ constexpr int kGreaterSets = 5;  // sets of mixing weights for the steps of a ma
 // What a coefficient's expected magnitude is made of: weights of the magnitudes around it, fitted on scans by
 // hill climbing on the bits. Part of the format.
 struct ActivityWeights {
-  uint8_t W, N, NW, NE, WW, NN;                  // coded neighbours in the band
-  uint8_t parent, parent_across, parent_down;    // the same band, a level coarser, and the neighbours there
+  uint8_t W, N, NW, NE, WW, NN;                // coded neighbours in the band
+  uint8_t parent, parent_across, parent_down;  // the same band, a level coarser, and the neighbours there
   struct {
     uint8_t here, across, down;
   } sibling[2];  // the bands of this level that are coded already: HL, LH

@@ -49,8 +49,8 @@ void code_mask(Coder& coder, MaskModels& models, uint8_t* rows, uint32_t width, 
       const uint32_t c4 = p[-1] | p[-s] << 1 | p[-s + 1] << 2 | p[-s - 1] << 3;
       Model* const m[kMaskTemplates] = {&models.t4[c4], &models.t10[c10], &models.t16[c16],
                                         &models.t22[(c22 * 0x9E3779B1u) >> 16]};
-      p[0] = uint8_t(code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m,
-                                                                   models.weight[c10], p[0]));
+      p[0] = uint8_t(
+          code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c10], p[0]));
     }
   }
 }

@@ -59,7 +59,7 @@ struct Job {
   Partition partition;
   Ownership ownership;
   std::vector<PatchFaces> patches;
-  std::unique_ptr<ErrorMeter> meter, final_meter;
+  std::unique_ptr<ErrorMeter> meter;
   double spacing = 0;  // mean spacing of the input's vertices
   bool closed = true;
   TriangleMesh kept;  // the surface, where components of the mesh were dropped
@@ -136,10 +136,8 @@ void prepare(Job& m, Stopwatch& watch) {
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
   m.topology = topology(in_model_units(m.surface));
   watch.lap("surface");
-  auto samples = [&](size_t most) { return std::clamp(8 * m.surface.faces.size(), kFewestSamples, most); };
   const TriangleMesh& measured = m.options.min_component > 0 ? (m.kept = in_model_units(m.surface)) : m.mesh;
-  m.meter = std::make_unique<ErrorMeter>(measured, samples(kErrorSamples));
-  m.final_meter = std::make_unique<ErrorMeter>(measured, samples(kFinalSamples));
+  m.meter = std::make_unique<ErrorMeter>(measured, kFewestSamples);
   watch.lap("measure");
   report(m.options, "partition", 0.05);
   PartitionOptions p;
@@ -196,8 +194,8 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
       found.seams);
   trial.patch_number = s.patch_number;
   watch.lap("decode");
-  const SurfaceError e = (thorough ? m.final_meter : m.meter)->measure(result);
-  trial.error = e.rms / e.diagonal;
+  const size_t most = thorough ? kFinalSamples : kErrorSamples;
+  trial.error = m.meter->relative_rms(result, std::clamp(8 * m.surface.faces.size(), kFewestSamples, most));
   watch.lap("measure");
   return trial;
 }
@@ -222,9 +220,14 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
   double x = std::log(double(s.placement.step));
   for (int i = 0; i < kMost; i++) {
     s.placement.step = float(std::clamp(std::exp(x), kLeastStep, kMostStep));
-    mend(m, s, i == 0 ? kMendRounds : kMendAgainRounds, watch);
+    if (i == 0) mend(m, s, kMendRounds, watch);
     Trial t = code(m, s, true, watch);
-    const double y = excess(t, m.options, bytes);
+    double y = excess(t, m.options, bytes);
+    if (i > 0 && y <= 0 && y > -kInside) {  // good, but mended for another step
+      mend(m, s, kMendAgainRounds, watch);
+      t = code(m, s, true, watch);
+      y = excess(t, m.options, bytes);
+    }
     if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
     if (!met || (best_y <= 0 && best_y > -kInside)) break;
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
@@ -286,8 +289,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
       x = inside->x - inside->y / slope;
       x = std::clamp(x, lo + 0.15 * (hi - lo), hi - 0.15 * (hi - lo));
     } else {
-      const double next =
-          std::clamp(x + std::clamp(-y / slope, -3.0, 3.0), least_x, most_x);
+      const double next = std::clamp(x + std::clamp(-y / slope, -3.0, 3.0), least_x, most_x);
       if (next == x) break;  // as fine or as coarse as streams get
       x = next;
     }
@@ -316,7 +318,7 @@ void warn_of_topology(const Topology& is, const Topology& should, std::vector<st
 EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
-  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, nullptr, 0, true, {}, nullptr};
+  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, 0, true, {}, nullptr};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)

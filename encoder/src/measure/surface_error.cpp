@@ -139,11 +139,11 @@ float angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return float(std::atan2(a.cross(b).norm(), a.dot(b)) * (180 / 3.14159265358979323846));
 }
 
-// Equation 1: from samples of `from` to the surface `to`.
+// Equation 1: from samples of `from` to the surface `to`. angles: also those between normals.
 OneSided measure_one_sided(const std::vector<SurfaceSample>& samples, const SearchMesh& from,
-                           const SearchMesh& to) {
+                           const SearchMesh& to, bool angles) {
   OneSided result;
-  result.angles.resize(samples.size());
+  if (angles) result.angles.resize(samples.size());
   size_t blocks = (samples.size() + kBlock - 1) / kBlock;
   std::vector<double> sums(blocks, 0), maxima(blocks, 0);
   tbb::parallel_for(size_t(0), blocks, [&](size_t b) {
@@ -153,7 +153,8 @@ OneSided measure_one_sided(const std::vector<SurfaceSample>& samples, const Sear
       guess = found.triangle;  // samples follow each other over the surface
       sums[b] += found.best;
       maxima[b] = std::max(maxima[b], found.best);
-      result.angles[i] = angle_between(from.normal(samples[i].triangle), to.normal(found.triangle));
+      if (angles)
+        result.angles[i] = angle_between(from.normal(samples[i].triangle), to.normal(found.triangle));
     }
   });
   for (size_t b = 0; b < blocks; b++) {
@@ -201,8 +202,8 @@ ErrorMeter::~ErrorMeter() = default;
 SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
   SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
   std::vector<SurfaceSample> samples = sample_surface(b.positions(), other.triangles, impl_->sample_count);
-  OneSided ab = measure_one_sided(impl_->samples, *impl_->original, b);
-  OneSided ba = measure_one_sided(samples, b, *impl_->original);
+  OneSided ab = measure_one_sided(impl_->samples, *impl_->original, b, true);
+  OneSided ba = measure_one_sided(samples, b, *impl_->original, true);
   double diagonal = impl_->frame.diagonal;
   SurfaceError error;
   error.diagonal = diagonal;
@@ -215,6 +216,14 @@ SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
   error.psnr = 20 * std::log10(diagonal / error.rms);
   summarise_angles(ab, ba, error);
   return error;
+}
+
+double ErrorMeter::relative_rms(const TriangleMesh& other, size_t count) const {
+  const SearchMesh& a = *impl_->original;
+  const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
+  const OneSided ab = measure_one_sided(sample_surface(a.positions(), a.triangles(), count), a, b, false);
+  const OneSided ba = measure_one_sided(sample_surface(b.positions(), b.triangles(), count), b, a, false);
+  return std::sqrt(std::max(ab.sum, ba.sum) / double(count));
 }
 
 std::vector<float> ErrorMeter::distance_of_positions(const TriangleMesh& other) const {

@@ -23,6 +23,8 @@ class ErrorMeter {
   ErrorMeter(const TriangleMesh& original, size_t samples);
   ~ErrorMeter();
   SurfaceError measure(const TriangleMesh& other) const;
+  // Only SurfaceError::rms over the diagonal, by another number of samples.
+  double relative_rms(const TriangleMesh& other, size_t samples) const;
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
 
