@@ -123,17 +123,8 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
-// Lattice to model coordinates.
-void place(const StreamHeader& h, MeshWriter& mesh) {
-  for (uint32_t i = 0; i < mesh.vertex_count; i++)
-    for (int k = 0; k < 3; k++) {
-      float& c = mesh.positions[3 * size_t(i) + k];
-      c = float(double(h.origin[k]) + double(h.scale) * double(c));
-    }
-}
-
-relief_status run(const uint8_t* data, size_t size, const relief_limits* limits, Parsed& parsed, Workspace& w,
-                  relief_mesh* out, bool smooth, GapTrace* trace) {
+relief_status open_patches(const uint8_t* data, const relief_limits* limits, Parsed& parsed, Workspace& w,
+                           MeshWriter& mesh, uint32_t& components, int32_t& spacing) {
   const StreamHeader& h = parsed.header;
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
   relief_status status = parse_table(table, limits ? *limits : relief_default_limits, parsed, w.patches);
@@ -152,17 +143,45 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
   RangeDecoder coder(coefficients, parsed.coefficient_bytes, parsed.coefficient_bytes < h.coefficient_bytes);
   decode_coefficients(coder, parsed, w);
 
-  MeshWriter mesh = {out->positions, out->indices, out->vertex_capacity, out->triangle_capacity, 0, 0};
-  uint32_t components = 0;
+  components = 0;
   status = mesh_patches(parsed, w, mesh, components);
   if (status != RELIEF_OK) return status;
-  float spacing = 0;
+  float largest = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
     const float s = spacing_of(h.spacing, w.patches[i]);
-    if (s > spacing) spacing = s;
+    if (s > largest) largest = s;
   }
-  const uint8_t* seams = parsed.cut ? nullptr : coefficients + parsed.coefficient_bytes;
-  const GapOptions options = {int32_t(spacing), (h.flags & kFlagClosed) != 0, seams, data + size, trace};
+  spacing = int32_t(largest);
+  return RELIEF_OK;
+}
+
+MeshWriter writer_of(const relief_mesh& out) {
+  return {out.positions, out.indices, out.vertex_capacity, out.triangle_capacity, 0, 0};
+}
+
+// Checks the arguments and lays the workspace out.
+relief_status begin(const void* data, size_t size, const relief_limits* limits, const relief_mesh* mesh,
+                    void* workspace, size_t workspace_size, Parsed& parsed, Workspace& w) {
+  if (!mesh || !mesh->positions || !mesh->indices || !workspace) return RELIEF_ERROR_ARGUMENT;
+  if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
+  const relief_status status = parse(data, size, limits, parsed);
+  if (status != RELIEF_OK) return status;
+  Arena counted = {nullptr}, arena = {static_cast<uint8_t*>(workspace)};
+  if (lay_out(counted, parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
+  lay_out(arena, parsed, w);
+  return RELIEF_OK;
+}
+
+relief_status run(const uint8_t* data, size_t size, const relief_limits* limits, Parsed& parsed, Workspace& w,
+                  relief_mesh* out, bool smooth, GapTrace* trace) {
+  const StreamHeader& h = parsed.header;
+  MeshWriter mesh = writer_of(*out);
+  uint32_t components;
+  int32_t spacing;
+  relief_status status = open_patches(data, limits, parsed, w, mesh, components, spacing);
+  if (status != RELIEF_OK) return status;
+  const uint8_t* seams = parsed.cut ? nullptr : data + parsed.coefficients_begin + parsed.coefficient_bytes;
+  const GapOptions options = {spacing, (h.flags & kFlagClosed) != 0, seams, data + size, trace};
   status = close_gaps(w.nodes, components, options, mesh, w.gaps);
   if (status != RELIEF_OK) return status;
   if (smooth)  // in memory that is free again: planes have an element a pixel and more, gap closing takes
@@ -170,7 +189,7 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
     smooth_nodes(w.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.q),
                  reinterpret_cast<int64_t(*)[4]>(w.gaps));
   if (out->normals) vertex_normals(mesh, out->normals);
-  place(h, mesh);
+  place(h, mesh.positions, mesh.vertex_count);
   out->vertex_count = mesh.vertex_count;
   out->triangle_count = mesh.triangle_count;
   return RELIEF_OK;
@@ -178,18 +197,34 @@ relief_status run(const uint8_t* data, size_t size, const relief_limits* limits,
 
 }  // namespace
 
+void place(const StreamHeader& h, float* positions, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++)
+    for (int k = 0; k < 3; k++) {
+      float& c = positions[3 * size_t(i) + k];
+      c = float(double(h.origin[k]) + double(h.scale) * double(c));
+    }
+}
+
 relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                             void* workspace, size_t workspace_size, bool smooth, GapTrace* trace) {
-  if (!mesh || !mesh->positions || !mesh->indices || !workspace) return RELIEF_ERROR_ARGUMENT;
-  if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
   Parsed parsed;
-  const relief_status status = parse(data, size, limits, parsed);
-  if (status != RELIEF_OK) return status;
-  Arena counted = {nullptr}, arena = {static_cast<uint8_t*>(workspace)};
   Workspace w;
-  if (lay_out(counted, parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
-  lay_out(arena, parsed, w);
+  const relief_status status = begin(data, size, limits, mesh, workspace, workspace_size, parsed, w);
+  if (status != RELIEF_OK) return status;
   return run(static_cast<const uint8_t*>(data), size, limits, parsed, w, mesh, smooth, trace);
+}
+
+relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
+                             void* workspace, size_t workspace_size, OpenPatches& open) {
+  Workspace w;
+  relief_status status = begin(data, size, limits, mesh, workspace, workspace_size, open.parsed, w);
+  if (status != RELIEF_OK) return status;
+  open.mesh = writer_of(*mesh);
+  status = open_patches(static_cast<const uint8_t*>(data), limits, open.parsed, w, open.mesh, open.components,
+                        open.spacing);
+  open.nodes = w.nodes;
+  open.gap_memory = w.gaps;
+  return status;
 }
 
 }  // namespace relief

@@ -1,5 +1,6 @@
 // The decoder with a view inside, for the encoder.
 #pragma once
+#include "container.h"
 #include "gaps.h"
 #include "relief/relief.h"
 
@@ -8,5 +9,22 @@ namespace relief {
 // relief_decode or relief_decode_smoothed, which also fills in the trace (may be null).
 relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                             void* workspace, size_t workspace_size, bool smooth, GapTrace* trace);
+
+// A stream decoded up to the gaps between its patches. Points into the mesh and the workspace.
+struct OpenPatches {
+  Parsed parsed;
+  MeshWriter mesh;  // lattice coordinates
+  Nodes nodes;
+  uint32_t components;  // connected pieces of patches
+  int32_t spacing;      // the largest, lattice units
+  void* gap_memory;     // for close_gaps
+};
+
+// The first part of relief_decode. The encoder then closes the gaps with as many seams as it likes to try.
+relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
+                             void* workspace, size_t workspace_size, OpenPatches& open);
+
+// Lattice to model coordinates.
+void place(const StreamHeader& header, float* positions, uint32_t count);
 
 }  // namespace relief

@@ -17,12 +17,13 @@ namespace {
 
 // Samples each way while searching, and for the last word: a few of them on thin parts carry much of the
 // error.
-constexpr size_t kErrorSamples = 300000, kFinalSamples = 1200000, kFewestSamples = 60000;
+constexpr size_t kErrorSamples = 300000, kFinalSamples = 1000000, kFewestSamples = 60000;
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
 constexpr double kSamplingMargin = 0.004;
 constexpr double kUsualSlope = 0.27;  // of the logarithm of error or bytes over that of lambda
+constexpr double kUsualStep = 4.5;    // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
@@ -70,8 +71,9 @@ struct Job {
 struct Trial {
   double lambda = 0;
   std::vector<uint8_t> stream, unquantised;
-  double error = 0;   // fraction of the diagonal
-  Topology topology;  // of what it decodes to
+  TriangleMesh mesh;  // what it decodes to
+  double error = 0;   // of that, fraction of the diagonal; see measure
+  Topology topology;  // of that
   std::vector<int> patch_number;
 };
 
@@ -187,17 +189,22 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
   const StreamParts parts = code_stream(s.patches, s.placement);
   watch.lap("code");
   FoundSeams found = find_seams(parts, s.patches, seams_input(m), thorough);
-  const TriangleMesh& result = found.mesh;
+  trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
   trial.stream = assemble(
-      parts, {parts.boundary_nodes, uint32_t(result.positions.size()), uint32_t(result.triangles.size())},
+      parts,
+      {parts.boundary_nodes, uint32_t(trial.mesh.positions.size()), uint32_t(trial.mesh.triangles.size())},
       found.seams);
   trial.patch_number = s.patch_number;
   watch.lap("decode");
-  const size_t most = thorough ? kFinalSamples : kErrorSamples;
-  trial.error = m.meter->relative_rms(result, std::clamp(8 * m.surface.faces.size(), kFewestSamples, most));
-  watch.lap("measure");
   return trial;
+}
+
+double measure(const Job& m, const Trial& trial, size_t most_samples, Stopwatch& watch) {
+  const size_t samples = std::clamp(8 * m.surface.faces.size(), kFewestSamples, most_samples);
+  const double error = m.meter->relative_rms(trial.mesh, samples);
+  watch.lap("measure");
+  return error;
 }
 
 // How a trial stands to the target: 0 on it, positive beyond it (error too large, too many bytes), in the
@@ -218,20 +225,30 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
+  double many_over_few = 1;  // what many samples say over what few say: hardly changes with the step
+  auto measured = [&](Trial& t) {
+    t.error = many_over_few * measure(m, t, kErrorSamples, watch);
+    if (excess(t, m.options, bytes) <= 0) {  // may be the one
+      const double error = measure(m, t, kFinalSamples, watch);
+      many_over_few *= error / t.error;
+      t.error = error;
+    }
+    return excess(t, m.options, bytes);
+  };
   for (int i = 0; i < kMost; i++) {
     s.placement.step = float(std::clamp(std::exp(x), kLeastStep, kMostStep));
     if (i == 0) mend(m, s, kMendRounds, watch);
     Trial t = code(m, s, true, watch);
-    double y = excess(t, m.options, bytes);
-    if (i > 0 && y <= 0 && y > -kInside) {  // good, but mended for another step
+    double y = measured(t);
+    if (i > 0 && y <= 0 && y > -kInside) {  // mended for another step
       mend(m, s, kMendAgainRounds, watch);
-      t = code(m, s, true, watch);
-      y = excess(t, m.options, bytes);
+      Trial again = code(m, s, true, watch);
+      if (again.stream != t.stream) t = std::move(again), y = measured(t);
     }
-    if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
-    if (!met || (best_y <= 0 && best_y > -kInside)) break;
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
+    if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
+    if (!met || (best_y <= 0 && best_y > -kInside)) break;
     const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
     const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
     x = bracket ? inside_x - (inside_y + kAim) / slope : x + std::clamp(-(y + kAim) / slope, -0.3, 0.3);
@@ -248,10 +265,10 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
 // Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
 // trial is near the target; the last word does the rest.
 Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
-  const double near = bytes > 0 ? 0.02 : 0.03;
+  constexpr double near = 0.015;
   const double direction = bytes > 0 ? -1 : 1;  // excess rises with lambda for errors, falls for bytes
-  double guess = m.options.error * kLatticeDiagonal * 4.5 * m.spacing;  // step * spacing for the error
-  if (bytes > 0) guess = 1e-4 * kLatticeDiagonal * 4.5 * m.spacing;
+  double guess = m.options.error * kLatticeDiagonal * kUsualStep * m.spacing;  // step * spacing for the error
+  if (bytes > 0) guess = 1e-4 * kLatticeDiagonal * kUsualStep * m.spacing;
   double x = std::log(kTrade * guess * guess);
   const double least_x = std::log(kTrade) + 2 * std::log(kFinestStep * m.spacing);
   const double most_x = std::log(kTrade) + 2 * std::log(kCoarsestStep * m.spacing);
@@ -269,6 +286,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
     Sampled sampled = sample(m, std::exp(x), watch);
     Trial t = code(m, sampled, false, watch);
     t.lambda = std::exp(x);
+    if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
     const double y = excess(t, m.options, bytes);
     if (std::fabs(y) < near) {
       met = true;

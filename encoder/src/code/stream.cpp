@@ -108,9 +108,6 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
   return parts;
 }
 
-namespace {
-
-// The seams as the decoder reads them: see GapOptions. Empty lists at the end are left away.
 std::vector<uint8_t> code_seams(const Seams& seams) {
   std::vector<uint8_t> out;
   size_t needed = 0;  // bytes up to the last list that is not empty
@@ -132,8 +129,6 @@ std::vector<uint8_t> code_seams(const Seams& seams) {
   out.resize(needed);
   return out;
 }
-
-}  // namespace
 
 std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams) {
   const StreamPlacement& s = parts.placement;

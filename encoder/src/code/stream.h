@@ -49,6 +49,9 @@ struct Seams {
   std::vector<uint32_t> holes;                       // faces between patches that stay open
 };
 
+// As the decoder reads them, see GapOptions. Empty lists at the end are left away.
+std::vector<uint8_t> code_seams(const Seams& seams);
+
 std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams);
 
 // Border vertices of a clean mask, as the decoder counts them: pixels with an uncovered cell beside them.

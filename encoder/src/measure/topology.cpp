@@ -3,32 +3,13 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numeric>
 
 #include "surface/half_edges.h"
+#include "surface/sets.h"
 #include "surface/weld.h"
 
 namespace relief {
 namespace {
-
-// Union-find with path halving.
-class Sets {
- public:
-  explicit Sets(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  uint32_t find(uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(uint32_t a, uint32_t b) { parent_[std::max(find(a), find(b))] = std::min(find(a), find(b)); }
-  uint64_t count() {
-    uint64_t roots = 0;
-    for (uint32_t i = 0; i < parent_.size(); i++) roots += parent_[i] == i;
-    return roots;
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 Triangles proper_triangles(const TriangleMesh& mesh, bool by_position) {
   Triangles triangles;

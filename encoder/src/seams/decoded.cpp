@@ -3,14 +3,70 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "decode.h"
+#include "surface/sets.h"
 
 namespace relief {
 
-DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
-  const relief_limits limits = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+namespace {
+
+constexpr relief_limits kNoLimits = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+
+void check(relief_status status) {
+  if (status != RELIEF_OK)
+    throw std::logic_error(std::string("the decoder refuses the encoder's stream: ") +
+                           relief_status_text(status));
+}
+
+}  // namespace
+
+PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
   relief_info info;
-  relief_status status = relief_inspect(stream.data(), stream.size(), &limits, &info);
+  check(relief_inspect(stream.data(), stream.size(), &kNoLimits, &info));
+  mesh_.positions.resize(info.vertex_capacity);
+  mesh_.triangles.resize(info.triangle_capacity);
+  workspace_.resize(info.workspace_bytes / sizeof(Block) + 1);
+  relief_mesh out = {};
+  out.positions = mesh_.positions[0].data();
+  out.indices = mesh_.triangles[0].data();
+  out.vertex_capacity = info.vertex_capacity;
+  out.triangle_capacity = info.triangle_capacity;
+  check(decode_patches(stream.data(), stream.size(), &kNoLimits, &out, workspace_.data(),
+                       workspace_.size() * sizeof(Block), open_));
+  const size_t nodes = open_.nodes.count;
+  first_triangle_.resize(gap_triangles(nodes));
+  links_.resize(2 * size_t(info.vertex_capacity));
+  kind_.resize(links_.size());
+  nodes_.resize(nodes);
+}
+
+DecodedMesh PatchDecoder::close(const Seams& seams) {
+  GapTrace trace = {};
+  trace.first_triangle = first_triangle_.data();
+  trace.capacity = uint32_t(first_triangle_.size());
+  trace.links = reinterpret_cast<uint32_t(*)[2]>(links_.data());
+  trace.kind = kind_.data();
+  trace.link_capacity = uint32_t(links_.size());
+  trace.nodes = nodes_.data();
+  trace.node_capacity = uint32_t(nodes_.size());
+  const std::vector<uint8_t> bytes = code_seams(seams);
+  const bool closed = open_.parsed.header.flags & kFlagClosed;
+  const GapOptions options = {open_.spacing, closed, bytes.data(), bytes.data() + bytes.size(), &trace};
+  MeshWriter mesh = open_.mesh;  // what was added before is written over
+  check(close_gaps(open_.nodes, open_.components, options, mesh, open_.gap_memory));
+  DecodedMesh d;
+  d.mesh.positions.assign(mesh_.positions.begin(), mesh_.positions.begin() + mesh.vertex_count);
+  d.mesh.triangles.assign(mesh_.triangles.begin(), mesh_.triangles.begin() + mesh.triangle_count);
+  place(open_.parsed.header, d.mesh.positions[0].data(), mesh.vertex_count);
+  d.first_triangle.assign(first_triangle_.begin(), first_triangle_.begin() + trace.count);
+  d.links.assign(links_.begin(), links_.begin() + trace.link_count);
+  d.kind.assign(kind_.begin(), kind_.begin() + trace.link_count);
+  d.nodes.assign(nodes_.begin(), nodes_.begin() + trace.node_count);
+  return d;
+}
+
+DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
+  relief_info info;
+  relief_status status = relief_inspect(stream.data(), stream.size(), &kNoLimits, &info);
   DecodedMesh d;
   if (status == RELIEF_OK) {
     d.mesh.positions.resize(info.vertex_capacity);
@@ -36,7 +92,7 @@ DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
     out.indices = d.mesh.triangles[0].data();
     out.vertex_capacity = info.vertex_capacity;
     out.triangle_capacity = info.triangle_capacity;
-    status = decode_traced(stream.data(), stream.size(), &limits, &out, workspace.data(),
+    status = decode_traced(stream.data(), stream.size(), &kNoLimits, &out, workspace.data(),
                            workspace.size() * sizeof(Block), false, &trace);
     d.mesh.positions.resize(out.vertex_count);
     d.mesh.triangles.resize(out.triangle_count);
@@ -45,9 +101,7 @@ DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
     d.kind.resize(trace.link_count);
     d.nodes.resize(trace.node_count);
   }
-  if (status != RELIEF_OK)
-    throw std::logic_error(std::string("the decoder refuses the encoder's stream: ") +
-                           relief_status_text(status));
+  check(status);
   return d;
 }
 
@@ -62,28 +116,40 @@ std::vector<Pixel> pixels_of(const std::vector<CodedPatch>& patches) {
 }
 
 std::vector<int> connected_parts(const TriangleMesh& mesh, size_t count, int& parts) {
-  std::vector<uint32_t> parent(mesh.positions.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  auto find = [&](uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  Sets sets(mesh.positions.size());
   std::vector<int> part(mesh.positions.size(), -1);
   for (size_t t = 0; t < count; t++) {
     const auto& [a, b, c] = mesh.triangles[t];
-    parent[find(a)] = find(b);
-    parent[find(b)] = find(c);
+    sets.join(a, b);
+    sets.join(b, c);
     for (uint32_t v : mesh.triangles[t]) part[v] = 0;
   }
   std::vector<int> number(mesh.positions.size(), -1);
   parts = 0;
   for (uint32_t v = 0; v < part.size(); v++) {
     if (part[v] < 0) continue;
-    int& n = number[find(v)];
+    int& n = number[sets.find(v)];
     if (n < 0) n = parts++;
     part[v] = n;
   }
   return part;
+}
+
+int join_across_gaps(const DecodedMesh& d, const std::vector<int>& part, int parts,
+                     std::vector<int>* joined) {
+  const size_t pixels = part.size();  // vertices from there on are in gaps only
+  Sets sets(size_t(parts) + d.mesh.positions.size() - pixels);
+  auto set_of = [&](uint32_t v) { return v < pixels ? uint32_t(part[v]) : uint32_t(parts + v - pixels); };
+  for (size_t t = d.patch_triangles(); t < d.mesh.triangles.size(); t++) {
+    const auto& [a, b, c] = d.mesh.triangles[t];
+    sets.join(set_of(a), set_of(b));
+    sets.join(set_of(b), set_of(c));
+  }
+  if (joined) {
+    joined->resize(pixels);
+    for (size_t v = 0; v < pixels; v++) (*joined)[v] = int(sets.find(uint32_t(part[v])));
+  }
+  return int(sets.count());
 }
 
 }  // namespace relief

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "code/stream.h"
-#include "gaps.h"
+#include "decode.h"
 #include "relief/encoder.h"
 
 namespace relief {
@@ -25,7 +25,27 @@ struct DecodedMesh {
   }
 };
 
-// Throws std::logic_error if the decoder refuses the encoder's own stream.
+// The patches of a stream, decoded once; the gaps between them can be closed with many seams. Throws
+// std::logic_error if the decoder refuses the encoder's own stream.
+class PatchDecoder {
+ public:
+  explicit PatchDecoder(const std::vector<uint8_t>& stream);
+  DecodedMesh close(const Seams& seams);
+
+ private:
+  struct alignas(16) Block {
+    uint8_t bytes[16];
+  };
+  std::vector<Block> workspace_;
+  TriangleMesh mesh_;  // lattice coordinates; room for what closing adds
+  OpenPatches open_;
+  // what a trace may fill
+  std::vector<uint32_t> first_triangle_, nodes_;
+  std::vector<std::array<uint32_t, 2>> links_;
+  std::vector<LinkKind> kind_;
+};
+
+// As a decoder without the encoder's help does.
 DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream);
 
 // A pixel of a mask. The decoder numbers the pixels of all masks in order: its first vertices.
@@ -36,5 +56,10 @@ std::vector<Pixel> pixels_of(const std::vector<CodedPatch>& patches);
 
 // Numbers the parts that the triangles [0, count) connect; vertices in none of them get -1.
 std::vector<int> connected_parts(const TriangleMesh& mesh, size_t count, int& parts);
+
+// What becomes of them, `part` and `parts` of the patches' triangles, with those between the patches: returns
+// how many there are then, and in `joined` (may be null) the number for each of the patches' vertices.
+int join_across_gaps(const DecodedMesh& decoded, const std::vector<int>& part, int parts,
+                     std::vector<int>* joined);
 
 }  // namespace relief

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "measure/closest_point.h"
+#include "surface/sets.h"
 
 namespace relief {
 namespace {
@@ -58,19 +59,6 @@ bool connected_near(BallSearch& search, const DecodedMesh& d, const Ground& g, u
   const double radius = (p - q).norm() / 2 + around * std::max(g.spacing[a], g.spacing[b]);
   return search.connected(g.face[a], g.face[b], (p + q) / 2, radius);
 }
-
-class Sets {
- public:
-  explicit Sets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int find(int i) {
-    while (parent_[size_t(i)] != i) i = parent_[size_t(i)] = parent_[size_t(parent_[size_t(i)])];
-    return i;
-  }
-  void unite(int a, int b) { parent_[size_t(find(a))] = find(b); }
-
- private:
-  std::vector<int> parent_;
-};
 
 struct NodePair {
   double distance;
@@ -127,26 +115,25 @@ std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& grou
   return numbers;
 }
 
-Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& dropped) {
+Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<int>& part, int parts,
+                  const std::vector<uint32_t>& dropped) {
   Pieces p;
-  int parts = 0;
-  p.part = connected_parts(decoded.mesh, decoded.patch_triangles(), parts);
-  p.part.resize(ground.pixel.size());
+  p.part = part;
   Sets sets{size_t(parts)};
   for (uint32_t i = 0, k = 0; i < decoded.links.size(); i++) {
     if (k < dropped.size() && dropped[k] == i) {
       k++;
       continue;
     }
-    sets.unite(p.part[decoded.nodes[decoded.links[i][0]]], p.part[decoded.nodes[decoded.links[i][1]]]);
+    sets.join(p.part[decoded.nodes[decoded.links[i][0]]], p.part[decoded.nodes[decoded.links[i][1]]]);
   }
   std::vector<int> number(size_t(parts), -1);
   p.group.resize(size_t(parts));
   int groups = 0;
-  for (int part = 0; part < parts; part++) {
-    int& n = number[size_t(sets.find(part))];
+  for (size_t i = 0; i < size_t(parts); i++) {
+    int& n = number[sets.find(uint32_t(i))];
     if (n < 0) n = groups++;
-    p.group[size_t(part)] = n;
+    p.group[i] = n;
   }
   p.component.assign(size_t(groups), -1);
   p.pixels.assign(size_t(groups), 0);
@@ -166,6 +153,10 @@ Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::v
 std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,
                                                    const Pieces& pieces) {
   std::vector<std::array<uint32_t, 2>> added;
+  bool all = true;
+  for (size_t g = 0; g < pieces.component.size(); g++)
+    all = all && pieces.main[size_t(pieces.component[g])] == int(g);
+  if (all) return added;
   BallSearch search(ground.surface);
   std::set<std::pair<uint32_t, uint32_t>> known;  // the decoder adds none of these a second time
   for (const auto& [a, b] : decoded.links) known.insert(std::minmax(a, b));
@@ -195,7 +186,7 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
     if (best == pairs.end()) best = std::find_if_not(pairs.begin(), pairs.end(), taken);
     if (best == pairs.end()) continue;
     added.push_back({std::min(best->a, best->b), std::max(best->a, best->b)});
-    sets.unite(group[best->a], group[best->b]);
+    sets.join(group[best->a], group[best->b]);
     renew();
   }
   std::sort(added.begin(), added.end());

@@ -29,7 +29,8 @@ struct Pieces {
   std::vector<size_t> pixels;  // of each group
   std::vector<int> main;       // of each component of the surface: its largest group, or -1
 };
-Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& dropped);
+Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<int>& part, int parts,
+                  const std::vector<uint32_t>& dropped);
 
 // The shortest links with which the groups of each component of the surface become one; sorted, with one link
 // at most for each lower node.

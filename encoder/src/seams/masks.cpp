@@ -27,8 +27,8 @@ struct PositionHash {
 // Small pieces that no link could join to the largest of their component.
 void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
                  std::vector<char>& unwanted) {
-  int parts = 0;
-  const std::vector<int> part = connected_parts(decoded.mesh, decoded.mesh.triangles.size(), parts);
+  std::vector<int> part;
+  join_across_gaps(decoded, pieces.part, int(pieces.group.size()), &part);
   std::vector<int> main(pieces.main.size(),
                         -1);  // of each component of the surface: the part that holds its main group
   auto group = [&](size_t v) { return size_t(pieces.group[size_t(pieces.part[v])]); };

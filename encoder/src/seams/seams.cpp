@@ -27,12 +27,20 @@ void worst_first(std::vector<Suspect>& s) {
 
 // All that decides what a stream decodes to but the seams.
 struct Context : SeamsInput {
-  const StreamParts& parts;
+  const StreamParts& coded;
   Ground ground;
-  DecodedMesh plain;  // without seams
+  mutable PatchDecoder decoder;
+  DecodedMesh plain;      // without seams
+  std::vector<int> part;  // of each pixel: the connected part of a patch
+  int parts = 0;
   Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
-      : SeamsInput(in), parts(p), ground(ground_of(in.surface, patches, p.placement.spacing)) {
-    plain = decode_with_seams(assemble(p, {p.boundary_nodes, 0, 0}, {}));
+      : SeamsInput(in),
+        coded(p),
+        ground(ground_of(in.surface, patches, p.placement.spacing)),
+        decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})),
+        plain(decoder.close({})) {
+    part = connected_parts(plain.mesh, plain.patch_triangles(), parts);
+    part.resize(ground.pixel.size());
   }
 };
 
@@ -53,7 +61,7 @@ std::vector<Suspect> suspicious_faces(const DecodedMesh& d, const Context& in) {
   if (points.empty()) return faces;
   const std::vector<float> distance = in.distance(points);
   for (size_t i = 0; i < points.size(); i++) {
-    const float spacings = distance[i] / in.parts.placement.spacing;
+    const float spacings = distance[i] / in.coded.placement.spacing;
     if (spacings < kMaybeHole) continue;
     if (faces.empty() || faces.back().number != face_of_point[i])
       faces.push_back({spacings, face_of_point[i]});
@@ -80,13 +88,11 @@ struct Attempt {
 };
 
 // Of a mesh without border, whose every vertex is used: all that find_seams compares.
-Topology closed_topology(const TriangleMesh& mesh) {
+Topology closed_topology(const Context& in, const DecodedMesh& d) {
   Topology t;
-  int parts = 0;
-  connected_parts(mesh, mesh.triangles.size(), parts);
-  t.components = uint64_t(parts);
-  t.euler = int64_t(mesh.positions.size()) - int64_t(mesh.triangles.size() / 2);
-  t.genus = (2 * parts - t.euler) / 2;
+  t.components = uint64_t(join_across_gaps(d, in.part, in.parts, nullptr));
+  t.euler = int64_t(d.mesh.positions.size()) - int64_t(d.mesh.triangles.size() / 2);
+  t.genus = (2 * int64_t(t.components) - t.euler) / 2;
   return t;
 }
 
@@ -94,8 +100,8 @@ Attempt attempt(const Context& in, Seams seams) {
   Attempt a;
   std::sort(seams.dropped_links.begin(), seams.dropped_links.end());
   std::sort(seams.holes.begin(), seams.holes.end());
-  a.decoded = decode_with_seams(assemble(in.parts, {in.parts.boundary_nodes, 0, 0}, seams));
-  a.topology = in.closed ? closed_topology(a.decoded.mesh) : topology(a.decoded.mesh);
+  a.decoded = in.decoder.close(seams);
+  a.topology = in.closed ? closed_topology(in, a.decoded) : topology(a.decoded.mesh);
   a.mismatch = mismatch(a.topology, in.topology);
   a.seams = std::move(seams);
   return a;
@@ -106,7 +112,7 @@ Attempt attempt(const Context& in, Seams seams) {
 Attempt with_links(const Context& in, std::vector<uint32_t> dropped, std::vector<uint32_t> handles = {}) {
   std::sort(dropped.begin(), dropped.end());
   std::sort(handles.begin(), handles.end());
-  const Pieces pieces = join_parts(in.plain, in.ground, dropped);
+  const Pieces pieces = join_parts(in.plain, in.ground, in.part, in.parts, dropped);
   std::vector<std::array<uint32_t, 2>> added = missing_links(in.plain, in.ground, pieces);
   Attempt filled = attempt(in, {std::move(dropped), std::move(handles), std::move(added), {}});
   if (in.closed) return filled;
@@ -144,7 +150,7 @@ std::vector<std::vector<uint32_t>> missing_handles(const Context& in, const Atte
                                                    const std::vector<char>& vain) {
   std::vector<std::vector<uint32_t>> groups;
   std::vector<Vec3> last;
-  const double near = 4 * in.parts.placement.spacing;
+  const double near = 4 * in.coded.placement.spacing;
   for (uint32_t link = 0; link < a.decoded.links.size(); link++) {
     if (a.decoded.kind[link] != LinkKind::kRefused || vain[link]) continue;
     const auto& [u, v] = a.decoded.links[link];
@@ -217,7 +223,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   for (int round = 0, vain = 0; round < rounds && vain <= kVainRounds; round++) {
     const Context in(parts, patches, input);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
-    const Pieces pieces = join_parts(in.plain, in.ground, dropped);
+    const Pieces pieces = join_parts(in.plain, in.ground, in.part, in.parts, dropped);
     Attempt a = with_links(in, dropped);
     add_handles(in, a);
     int folds = 0;
