@@ -101,8 +101,20 @@ TEST_F(CommandLine, EncodesDecodesComparesAndInforms) {
                 stream["bytes_seams"].get<uint64_t>(),
             stream["bytes"].get<uint64_t>());
   EXPECT_EQ(stream["patches"].size(), stream["patch_count"].get<size_t>());
+  uint64_t masks = 0, coefficients = 0, bands = 0;
+  for (const TestJson& patch : stream["patches"]) {
+    masks += patch["bytes_masks"].get<uint64_t>();
+    coefficients += patch["bytes_coefficients"].get<uint64_t>();
+  }
+  for (const TestJson& level : stream["bytes_by_band"])
+    for (const char* band : {"LL", "HL", "LH", "HH"}) bands += level[band].get<uint64_t>();
+  EXPECT_EQ(masks, stream["bytes_masks"].get<uint64_t>());
+  EXPECT_EQ(coefficients, stream["bytes_coefficients"].get<uint64_t>());
+  EXPECT_EQ(bands, stream["bytes_coefficients"].get<uint64_t>());
+  EXPECT_EQ(stream["bytes_by_band"].size(), stream["bytes_by_level"].size());
   keep_for_validator(folder / "t.glb", "cli-encode.glb");
   EXPECT_NE(run("info t.glb").out.find("masks"), std::string::npos);
+  EXPECT_NE(run("info t.glb --patches").out.find("coefficients"), std::string::npos);
 }
 
 TEST_F(CommandLine, AllFormatsHoldTheSameSurface) {

@@ -761,14 +761,23 @@ TEST(Ledger, AddsUpToTheStream) {
     EXPECT_EQ(l.header + l.side + l.masks + l.coefficients + l.seams, g.stream.size()) << g.name;
     EXPECT_EQ(std::accumulate(l.by_level.begin(), l.by_level.end(), uint64_t(0)), l.coefficients) << g.name;
     EXPECT_EQ(l.by_level.size(), size_t(kLevels));
+    ASSERT_EQ(l.by_band.size(), size_t(kLevels));
+    for (size_t level = 0; level < l.by_band.size(); level++) {
+      const auto& bands = l.by_band[level];
+      EXPECT_EQ(std::accumulate(bands.begin(), bands.end(), uint64_t(0)), l.by_level[level]) << g.name;
+      if (level > 0) EXPECT_EQ(bands[0], 0u) << g.name << ": only the coarsest level has LL";
+    }
     const Decoded d = decode_exactly(g.stream.data(), g.stream.size());
     ASSERT_EQ(l.patches.size(), d.info.patch_count) << g.name;
-    uint64_t rectangles = 0, pixels = 0;
+    uint64_t rectangles = 0, pixels = 0, masks = 0, coefficients = 0;
     for (const Ledger::P& p : l.patches) {
       rectangles += uint64_t(p.width) * p.height, pixels += p.pixels;
+      masks += p.masks, coefficients += p.coefficients;
       EXPECT_GT(p.spacing, 0);
       EXPECT_NEAR(std::hypot(p.normal[0], p.normal[1], p.normal[2]), 1, 1e-9);
     }
+    EXPECT_EQ(masks, l.masks) << g.name;
+    EXPECT_EQ(coefficients, l.coefficients) << g.name;
     EXPECT_EQ(rectangles, d.info.pixel_count) << g.name;
     EXPECT_LE(pixels, d.vertices()) << g.name;
   }

@@ -48,19 +48,37 @@ Json json_of(const Stream& s) {
                {"bytes_masks", s.ledger.masks},
                {"bytes_coefficients", s.ledger.coefficients},
                {"bytes_by_level", s.ledger.by_level},
+               {"bytes_by_band", Json::array()},
                {"patches", Json::array()}};
+  for (const auto& level : s.ledger.by_band) {  // as bytes_by_level: the coarsest first
+    Json& bands = json["bytes_by_band"].emplace_back(Json::object());
+    for (int band = 0; band < Ledger::kBands; band++) bands[Ledger::kBandNames[band]] = level[size_t(band)];
+  }
   for (const Ledger::P& p : s.ledger.patches)
     json["patches"].push_back({{"width", p.width},
                                {"height", p.height},
                                {"pixels", p.pixels},
                                {"spacing", p.spacing},
-                               {"normal", p.normal}});
+                               {"normal", p.normal},
+                               {"bytes_masks", p.masks},
+                               {"bytes_coefficients", p.coefficients}});
   return json;
 }
 
 void print_share(const char* what, uint64_t bytes, size_t all) {
   std::printf("  %-24s %12s  %5.1f%%\n", what, with_commas(bytes).c_str(),
               100.0 * double(bytes) / double(all));
+}
+
+void print_patches(const Ledger& ledger) {
+  std::printf("  %6s %6s %6s %8s %8s %12s %12s  %s\n", "patch", "width", "height", "pixels", "masks",
+              "coefficients", "spacing", "normal");
+  for (size_t i = 0; i < ledger.patches.size(); i++) {
+    const Ledger::P& p = ledger.patches[i];
+    std::printf("  %6zu %6u %6u %8u %8s %12s %12.6g  %6.3f %6.3f %6.3f\n", i, p.width, p.height, p.pixels,
+                with_commas(p.masks).c_str(), with_commas(p.coefficients).c_str(), p.spacing, p.normal[0],
+                p.normal[1], p.normal[2]);
+  }
 }
 
 void print_text(const Stream& s, bool patches) {
@@ -78,13 +96,7 @@ void print_text(const Stream& s, bool patches) {
     print_share(format("  level %zu%s", level, level == 0 ? " (coarsest)" : "").c_str(),
                 s.ledger.by_level[level], s.bytes);
   print_share("seams", s.ledger.seams, s.bytes);
-  if (!patches) return;
-  std::printf("  %6s %6s %6s %8s %12s  %s\n", "patch", "width", "height", "pixels", "spacing", "normal");
-  for (size_t i = 0; i < s.ledger.patches.size(); i++) {
-    const Ledger::P& p = s.ledger.patches[i];
-    std::printf("  %6zu %6u %6u %8u %12.6g  %6.3f %6.3f %6.3f\n", i, p.width, p.height, p.pixels, p.spacing,
-                p.normal[0], p.normal[1], p.normal[2]);
-  }
+  if (patches) print_patches(s.ledger);
 }
 
 int run_info(const Arguments& arguments) {
@@ -116,7 +128,7 @@ void add_info(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("info", "Tell what a compressed file holds and where its bytes go");
   command->footer(
       "  relief info scan.glb             bytes by kind and by wavelet level\n"
-      "  relief info scan.glb --patches   and a line for every patch");
+      "  relief info scan.glb --patches   and a line for every patch, with its bytes");
   command->add_option("FILE", a->file, ".glb .gltf .relief")->required();
   command->add_flag("--patches", a->patches, "A line for every patch");
   add_common(*command, a->common);

@@ -1,7 +1,9 @@
 #include "code/ledger.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 #include "code/range_encoder.h"
 #include "coefficients.h"
@@ -62,18 +64,58 @@ PatchPlanes read_mask(CountingDecoder& coder, MaskModels& models, const PatchHea
   return p;
 }
 
-std::vector<double> coefficient_bits(CountingDecoder& coder, std::vector<PatchPlanes>& planes) {
+// Of one level: bits of each patch's sub-bands.
+using LevelBits = std::vector<std::array<double, Ledger::kBands>>;
+
+// The coarsest level first.
+std::vector<LevelBits> coefficient_bits(CountingDecoder& coder, std::vector<PatchPlanes>& planes) {
   const auto models = std::make_unique<CoefficientModels>();
   models->init();
-  std::vector<double> bits;
-  for (PatchPlanes& p : planes) code_low(coder, *models, p.pyramid, p.q.data(), p.mask.data());
-  for (int level = kLevels - 1; level >= 0; level--) {
-    for (PatchPlanes& p : planes)
-      for (int type = 0; type < 3; type++)
-        code_band(coder, *models, p.pyramid, p.q.data(), p.mask.data(), level, type);
-    bits.push_back(coder.take());
+  std::vector<LevelBits> bits(kLevels, LevelBits(planes.size()));
+  for (size_t i = 0; i < planes.size(); i++) {
+    code_low(coder, *models, planes[i].pyramid, planes[i].q.data(), planes[i].mask.data());
+    bits[0][i][0] = coder.take();
   }
+  for (int level = kLevels - 1; level >= 0; level--)
+    for (size_t i = 0; i < planes.size(); i++)
+      for (int type = 0; type < 3; type++) {
+        code_band(coder, *models, planes[i].pyramid, planes[i].q.data(), planes[i].mask.data(), level, type);
+        bits[size_t(kLevels - 1 - level)][i][size_t(type) + 1] = coder.take();
+      }
   return bits;
+}
+
+// Whole bytes for each share of the bits: differences of rounded sums, so that they add up to `bytes`.
+std::vector<uint64_t> bytes_of(const std::vector<double>& bits, uint64_t bytes) {
+  double total = 0, sum = 0;
+  for (double b : bits) total += b;
+  std::vector<uint64_t> shares;
+  uint64_t last = 0;
+  for (double b : bits) {
+    sum += b;
+    const uint64_t upto = total > 0 ? uint64_t(std::lround(double(bytes) * (sum / total))) : 0;
+    shares.push_back(upto - last);
+    last = upto;
+  }
+  if (!shares.empty()) shares.back() += bytes - last;  // nothing was coded: what is left is the coder's end
+  return shares;
+}
+
+void add_coefficients(const std::vector<LevelBits>& bits, Ledger& ledger) {
+  std::vector<double> bands, patches(ledger.patches.size(), 0);
+  for (const LevelBits& level : bits)
+    for (size_t band = 0; band < Ledger::kBands; band++) {
+      bands.push_back(0);
+      for (size_t i = 0; i < level.size(); i++) bands.back() += level[i][band], patches[i] += level[i][band];
+    }
+  const std::vector<uint64_t> by_band = bytes_of(bands, ledger.coefficients);
+  for (size_t level = 0; level < bits.size(); level++) {
+    std::array<uint64_t, Ledger::kBands>& of = ledger.by_band.emplace_back();
+    std::copy_n(by_band.begin() + ptrdiff_t(level * Ledger::kBands), Ledger::kBands, of.begin());
+    ledger.by_level.push_back(std::accumulate(of.begin(), of.end(), uint64_t(0)));
+  }
+  const std::vector<uint64_t> by_patch = bytes_of(patches, ledger.coefficients);
+  for (size_t i = 0; i < by_patch.size(); i++) ledger.patches[i].coefficients = by_patch[i];
 }
 
 }  // namespace
@@ -96,9 +138,11 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
   const auto models = std::make_unique<MaskModels>();
   models->init();
   std::vector<PatchPlanes> planes;
+  std::vector<double> mask_bits;
   for (const PatchHeader& patch : patches) {
     Ledger::P p;
     planes.push_back(read_mask(masks, *models, patch, p.pixels));
+    mask_bits.push_back(masks.take());
     p.width = patch.width, p.height = patch.height;
     p.spacing = double(spacing_of(h.spacing, patch)) * h.scale;
     const Frame f = frame_of(patch.u, patch.v);
@@ -106,23 +150,17 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
     ledger.patches.push_back(p);
   }
   ledger.coefficients = h.coefficient_bytes;
-  ledger.masks = std::min<uint64_t>(h.table_bytes, uint64_t(std::lround(masks.take() / 8)));
+  const double all_masks = std::accumulate(mask_bits.begin(), mask_bits.end(), 0.0);
+  ledger.masks = std::min<uint64_t>(h.table_bytes, uint64_t(std::lround(all_masks / 8)));
+  const std::vector<uint64_t> by_patch = bytes_of(mask_bits, ledger.masks);
+  for (size_t i = 0; i < by_patch.size(); i++) ledger.patches[i].masks = by_patch[i];
   ledger.side = h.table_bytes - ledger.masks;
   ledger.header = parsed.table_begin;
   ledger.seams = h.seam_bytes;
 
   RangeDecoder coder(stream.data() + parsed.coefficients_begin, h.coefficient_bytes, false);
   CountingDecoder counting(coder);
-  const std::vector<double> bits = coefficient_bits(counting, planes);
-  double total = 0, sum = 0;
-  for (double b : bits) total += b;
-  uint64_t last = 0;  // rounded sums, so that the levels add up
-  for (double b : bits) {
-    sum += b;
-    const uint64_t upto = total > 0 ? uint64_t(std::lround(double(h.coefficient_bytes) * sum / total)) : 0;
-    ledger.by_level.push_back(upto - last);
-    last = upto;
-  }
+  add_coefficients(coefficient_bits(counting, planes), ledger);
   return ledger;
 }
 

@@ -7,12 +7,17 @@
 namespace relief {
 
 struct Ledger {
+  static constexpr int kBands = 4;
+  static constexpr const char* kBandNames[kBands] = {"LL", "HL", "LH", "HH"};
   uint64_t header = 0, side = 0, masks = 0, coefficients = 0, seams = 0;  // bytes; they add up to the stream
   std::vector<uint64_t> by_level;  // bytes of the coefficients by wavelet level, the coarsest (with LL) first
+  std::vector<std::array<uint64_t, kBands>>
+      by_band;  // the same by sub-band: LL (of the coarsest level), HL, LH, HH
   struct P {
     uint32_t width = 0, height = 0, pixels = 0;  // of the rectangle; pixels inside the mask
     double spacing = 0;                          // of the grid, in the units of the model
     std::array<double, 3> normal{};              // of the plane
+    uint64_t masks = 0, coefficients = 0;        // bytes; over all patches they add up to those of the stream
   };
   std::vector<P> patches;
 };
