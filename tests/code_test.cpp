@@ -765,7 +765,9 @@ TEST(Ledger, AddsUpToTheStream) {
     for (size_t level = 0; level < l.by_band.size(); level++) {
       const auto& bands = l.by_band[level];
       EXPECT_EQ(std::accumulate(bands.begin(), bands.end(), uint64_t(0)), l.by_level[level]) << g.name;
-      if (level > 0) EXPECT_EQ(bands[0], 0u) << g.name << ": only the coarsest level has LL";
+      if (level > 0) {
+        EXPECT_EQ(bands[0], 0u) << g.name << ": only the coarsest level has LL";
+      }
     }
     const Decoded d = decode_exactly(g.stream.data(), g.stream.size());
     ASSERT_EQ(l.patches.size(), d.info.patch_count) << g.name;
