@@ -14,8 +14,8 @@ namespace {
 
 // Error between patches over error inside, per area: closing gaps costs accuracy (ledger of the design).
 constexpr double kGapFactor = 5;
-constexpr double kBendShare = 0.3;  // triangles over a gap follow part of the bend
-constexpr double kMaskBitsPerNode = 2.6, kTableBits = 64;
+constexpr double kBendShare = 0.18;  // triangles over a gap follow part of the bend
+constexpr double kMaskBitsPerNode = 3.4, kTableBits = 64;
 constexpr int kFirstResolution = 14;  // a little coarser than the input's spacing, which is index 16
 constexpr int kFinest = 40, kStride = 2;
 constexpr size_t kFewPixels = 6;
