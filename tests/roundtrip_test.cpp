@@ -102,6 +102,21 @@ TEST(RoundTrip, UsesTheTargetError) {
   }
 }
 
+// Nearly all that quantisation adds is gone, on a surface whose largest coefficients would not fit a finer
+// step.
+TEST(RoundTrip, UnquantisedIsTheSamePatchesMoreExactly) {
+  const TriangleMesh mesh = make_torus(192, 96);
+  EncodeOptions options;
+  options.error = 2e-4;
+  options.unquantised = true;
+  const Trip t = round_trip(mesh, options);
+  const std::vector<uint8_t>& fine = t.result.unquantised;
+  ASSERT_FALSE(fine.empty());
+  const SurfaceError e = ErrorMeter(mesh, kSamples).measure(decode(fine.data(), fine.size()));
+  EXPECT_LT(e.rms / e.diagonal, 0.8 * t.error);
+  EXPECT_GT(fine.size(), t.result.stream.size());
+}
+
 TEST(RoundTrip, KeepsTheTargetBytes) {
   for (uint64_t bytes : {700u, 2500u}) {
     EncodeOptions options;

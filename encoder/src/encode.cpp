@@ -214,6 +214,15 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
+// The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
+// differs from its prediction by.
+double finest_step(const std::vector<CodedPatch>& patches) {
+  float largest = 0;
+  for (const CodedPatch& p : patches)
+    for (float v : p.image->value) largest = std::max(largest, std::fabs(v));
+  return std::max(kLeastStep, double(largest) / (1 << 19));
+}
+
 // The thorough trial of the patches as lambda samples them, with the step that just keeps within the target:
 // with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
 // whether this one does.
@@ -255,7 +264,7 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
   }
   met = best_y <= 0;
   if (m.options.unquantised) {
-    s.placement.step = float(kLeastStep);
+    s.placement.step = float(finest_step(s.patches));
     s.placement.trade = 0;
     best.unquantised = code(m, s, true, watch).stream;
   }
