@@ -21,7 +21,7 @@ constexpr size_t kErrorSamples = 300000, kFinalSamples = 1000000, kFewestSamples
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
 constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
-constexpr double kSamplingMargin = 0.004;
+constexpr double kSamplingMargin = 0.007;
 constexpr double kUsualSlope = 0.27;  // of the logarithm of error or bytes over that of lambda
 constexpr double kUsualStep = 4.5;    // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
@@ -67,6 +67,14 @@ struct Job {
   std::unique_ptr<Allocator> allocator;
 };
 
+// The patches sampled as a Lagrangian parameter wants them, ready to be coded with any step.
+struct Sampled {
+  std::vector<CodedPatch> patches;
+  std::vector<int> patch_number;
+  StreamPlacement placement;
+  std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
+};
+
 // One stream and what it decodes to.
 struct Trial {
   double lambda = 0;
@@ -75,6 +83,7 @@ struct Trial {
   double error = 0;   // of that, fraction of the diagonal; see measure
   Topology topology;  // of that
   std::vector<int> patch_number;
+  Sampled sampled;  // what it was made of, of trials of the search
 };
 
 DistanceToSurface distance_to(const Job& m) {
@@ -157,14 +166,6 @@ void prepare(Job& m, Stopwatch& watch) {
 
 SeamsInput seams_input(const Job& m) { return {m.surface, m.topology, distance_to(m), m.closed}; }
 
-// The patches sampled as a Lagrangian parameter wants them, ready to be coded with any step.
-struct Sampled {
-  std::vector<CodedPatch> patches;
-  std::vector<int> patch_number;
-  StreamPlacement placement;
-  std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
-};
-
 Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   Sampled s;
   const Allocator::Choice choice =
@@ -223,14 +224,13 @@ double finest_step(const std::vector<CodedPatch>& patches) {
   return std::max(kLeastStep, double(largest) / (1 << 19));
 }
 
-// The thorough trial of the patches as lambda samples them, with the step that just keeps within the target:
+// The thorough trial of these patches with the step that just keeps within the target:
 // with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
 // whether this one does.
-Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 5, kMendRounds = 8, kMendAgainRounds = 2;
+Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
+  constexpr int kMost = 5, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002;  // of the target, in the logarithm
-  Sampled s = sample(m, lambda, watch);
-  const double usual = bytes > 0 ? -0.9 : 0.6;  // slope of the excess y over x, the logarithm of the step
+  const double usual = bytes > 0 ? -0.9 : 0.6;     // slope of the excess y over x, the logarithm of the step
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
@@ -258,6 +258,7 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
     if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
     if (!met || (best_y <= 0 && best_y > -kInside)) break;
+    if (i + 1 == kVain && best_y > 0) break;
     const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
     const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
     x = bracket ? inside_x - (inside_y + kAim) / slope : x + std::clamp(-(y + kAim) / slope, -0.3, 0.3);
@@ -269,6 +270,22 @@ Trial last_word(const Job& m, double lambda, double bytes, bool& met, Stopwatch&
     best.unquantised = code(m, s, true, watch).stream;
   }
   return best;
+}
+
+// Where sampling alone errs too much, no step helps: then with another lambda.
+Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch& watch) {
+  constexpr int kMost = 4;
+  constexpr double kFurther = 0.02;  // inside of the target, more with every trial
+  const double slope = (bytes > 0 ? -1 : 1) * kUsualSlope;
+  double lambda = nearest.lambda;
+  const bool reachable = met;
+  Trial t = settle(m, std::move(nearest.sampled), bytes, met, watch);
+  for (int i = 1; i < kMost && reachable && !met; i++) {
+    lambda *= std::exp(-(excess(t, m.options, bytes) + kFurther * i) / slope);
+    met = true;
+    t = settle(m, sample(m, lambda, watch), bytes, met, watch);
+  }
+  return t;
 }
 
 // Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
@@ -296,6 +313,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
     Trial t = code(m, sampled, false, watch);
     t.lambda = std::exp(x);
     if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
+    t.sampled = std::move(sampled);
     const double y = excess(t, m.options, bytes);
     if (std::fabs(y) < near) {
       met = true;
@@ -321,7 +339,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
       x = next;
     }
   }
-  return last_word(m, met ? best.lambda : least.lambda, bytes, met, watch);
+  return last_word(m, std::move(met ? best : least), bytes, met, watch);
 }
 
 }  // namespace
