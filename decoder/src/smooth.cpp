@@ -25,7 +25,7 @@ void smooth_nodes(const Nodes& nodes, uint32_t patch_vertices, MeshWriter& mesh,
   for (uint32_t n = 0; n < nodes.count; n++) {
     if (sums[n][3] == 0) continue;
     float* p = mesh.positions + 3 * size_t(nodes.vertex[n]);
-    for (int i = 0; i < 3; i++) p[i] = float((int64_t(p[i]) + sums[n][i] / sums[n][3]) / 2);
+    for (int i = 0; i < 3; i++) p[i] = float(int64_t(p[i]) + (sums[n][i] / sums[n][3] - int64_t(p[i])) / 3);
   }
 }
 

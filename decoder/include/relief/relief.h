@@ -93,7 +93,7 @@ typedef struct relief_mesh {
 relief_status relief_decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                             void* workspace, size_t workspace_size);
 
-/* As relief_decode, and then moves every vertex on the border of a patch half of the way to the mean of its
+/* As relief_decode, and then moves every vertex on the border of a patch a third of the way to the mean of its
  * neighbours (the boundary smoothing of the paper, 5.3). At coarse errors the seams between patches are seen less; at
  * fine ones detail along them is lost. The error measure hardly changes; counts and indices are the same.
  * Arguments, errors and promises are those of relief_decode. */
