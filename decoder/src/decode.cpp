@@ -123,8 +123,10 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
-relief_status open_patches(const uint8_t* data, const relief_limits* limits, Parsed& parsed, Workspace& w,
-                           MeshWriter& mesh, uint32_t& components, int32_t& spacing) {
+// Everything before the gaps, but for what begin has filled in.
+relief_status open_patches(const uint8_t* data, const relief_limits* limits, Workspace& w,
+                           OpenPatches& open) {
+  Parsed& parsed = open.parsed;
   const StreamHeader& h = parsed.header;
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
   relief_status status = parse_table(table, limits ? *limits : relief_default_limits, parsed, w.patches);
@@ -143,50 +145,52 @@ relief_status open_patches(const uint8_t* data, const relief_limits* limits, Par
   RangeDecoder coder(coefficients, parsed.coefficient_bytes, parsed.coefficient_bytes < h.coefficient_bytes);
   decode_coefficients(coder, parsed, w);
 
-  components = 0;
-  status = mesh_patches(parsed, w, mesh, components);
+  open.components = 0;
+  status = mesh_patches(parsed, w, open.mesh, open.components);
   if (status != RELIEF_OK) return status;
   float largest = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
     const float s = spacing_of(h.spacing, w.patches[i]);
     if (s > largest) largest = s;
   }
-  spacing = int32_t(largest);
+  open.spacing = int32_t(largest);
+  open.nodes = w.nodes;
+  open.gap_memory = w.gaps;
   return RELIEF_OK;
-}
-
-MeshWriter writer_of(const relief_mesh& out) {
-  return {out.positions, out.indices, out.vertex_capacity, out.triangle_capacity, 0, 0};
 }
 
 // Checks the arguments and lays the workspace out.
 relief_status begin(const void* data, size_t size, const relief_limits* limits, const relief_mesh* mesh,
-                    void* workspace, size_t workspace_size, Parsed& parsed, Workspace& w) {
+                    void* workspace, size_t workspace_size, Workspace& w, OpenPatches& open) {
   if (!mesh || !mesh->positions || !mesh->indices || !workspace) return RELIEF_ERROR_ARGUMENT;
   if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
-  const relief_status status = parse(data, size, limits, parsed);
+  const relief_status status = parse(data, size, limits, open.parsed);
   if (status != RELIEF_OK) return status;
   Arena counted = {nullptr}, arena = {static_cast<uint8_t*>(workspace)};
-  if (lay_out(counted, parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
-  lay_out(arena, parsed, w);
+  if (lay_out(counted, open.parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
+  lay_out(arena, open.parsed, w);
+  open.mesh = {mesh->positions, mesh->indices, mesh->vertex_capacity, mesh->triangle_capacity, 0, 0};
   return RELIEF_OK;
 }
 
-relief_status run(const uint8_t* data, size_t size, const relief_limits* limits, Parsed& parsed, Workspace& w,
-                  relief_mesh* out, bool smooth, GapTrace* trace) {
-  const StreamHeader& h = parsed.header;
-  MeshWriter mesh = writer_of(*out);
-  uint32_t components;
-  int32_t spacing;
-  relief_status status = open_patches(data, limits, parsed, w, mesh, components, spacing);
+relief_status decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* out,
+                     void* workspace, size_t workspace_size, bool smooth) {
+  Workspace w;
+  OpenPatches open;
+  relief_status status = begin(data, size, limits, out, workspace, workspace_size, w, open);
   if (status != RELIEF_OK) return status;
-  const uint8_t* seams = parsed.cut ? nullptr : data + parsed.coefficients_begin + parsed.coefficient_bytes;
-  const GapOptions options = {spacing, (h.flags & kFlagClosed) != 0, seams, data + size, trace};
-  status = close_gaps(w.nodes, components, options, mesh, w.gaps);
+  const uint8_t* const bytes = static_cast<const uint8_t*>(data);
+  status = open_patches(bytes, limits, w, open);
+  if (status != RELIEF_OK) return status;
+  const StreamHeader& h = open.parsed.header;
+  MeshWriter& mesh = open.mesh;
+  const GapOptions options = {open.spacing, (h.flags & kFlagClosed) != 0, seams_of(open.parsed, bytes),
+                              bytes + size, nullptr};
+  status = close_gaps(open.nodes, open.components, options, mesh, open.gap_memory);
   if (status != RELIEF_OK) return status;
   if (smooth)  // in memory that is free again: planes have an element a pixel and more, gap closing takes
                // more a node
-    smooth_nodes(w.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.q),
+    smooth_nodes(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.q),
                  reinterpret_cast<int64_t(*)[4]>(w.gaps));
   if (out->normals) vertex_normals(mesh, out->normals);
   place(h, mesh.positions, mesh.vertex_count);
@@ -205,26 +209,15 @@ void place(const StreamHeader& h, float* positions, uint32_t count) {
     }
 }
 
-relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                            void* workspace, size_t workspace_size, bool smooth, GapTrace* trace) {
-  Parsed parsed;
-  Workspace w;
-  const relief_status status = begin(data, size, limits, mesh, workspace, workspace_size, parsed, w);
-  if (status != RELIEF_OK) return status;
-  return run(static_cast<const uint8_t*>(data), size, limits, parsed, w, mesh, smooth, trace);
+const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data) {
+  return parsed.cut ? nullptr : data + parsed.coefficients_begin + parsed.coefficient_bytes;
 }
 
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                              void* workspace, size_t workspace_size, OpenPatches& open) {
   Workspace w;
-  relief_status status = begin(data, size, limits, mesh, workspace, workspace_size, open.parsed, w);
-  if (status != RELIEF_OK) return status;
-  open.mesh = writer_of(*mesh);
-  status = open_patches(static_cast<const uint8_t*>(data), limits, open.parsed, w, open.mesh, open.components,
-                        open.spacing);
-  open.nodes = w.nodes;
-  open.gap_memory = w.gaps;
-  return status;
+  const relief_status status = begin(data, size, limits, mesh, workspace, workspace_size, w, open);
+  return status == RELIEF_OK ? open_patches(static_cast<const uint8_t*>(data), limits, w, open) : status;
 }
 
 }  // namespace relief
@@ -264,10 +257,10 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
 
 extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode_traced(data, size, limits, mesh, workspace, workspace_size, false, nullptr);
+  return decode(data, size, limits, mesh, workspace, workspace_size, false);
 }
 
 extern "C" relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits,
                                                 relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode_traced(data, size, limits, mesh, workspace, workspace_size, true, nullptr);
+  return decode(data, size, limits, mesh, workspace, workspace_size, true);
 }

@@ -6,10 +6,6 @@
 
 namespace relief {
 
-// relief_decode or relief_decode_smoothed, which also fills in the trace (may be null).
-relief_status decode_traced(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                            void* workspace, size_t workspace_size, bool smooth, GapTrace* trace);
-
 // A stream decoded up to the gaps between its patches. Points into the mesh and the workspace.
 struct OpenPatches {
   Parsed parsed;
@@ -23,6 +19,9 @@ struct OpenPatches {
 // The first part of relief_decode. The encoder then closes the gaps with as many seams as it likes to try.
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                              void* workspace, size_t workspace_size, OpenPatches& open);
+
+// The stream's own seams; null if they are missing or cut.
+const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data);
 
 // Lattice to model coordinates.
 void place(const StreamHeader& header, float* positions, uint32_t count);

@@ -166,6 +166,15 @@ void prepare(Job& m, Stopwatch& watch) {
 
 SeamsInput seams_input(const Job& m) { return {m.surface, m.topology, distance_to(m), m.closed}; }
 
+// The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
+// differs from its prediction by.
+double finest_step(const std::vector<CodedPatch>& patches) {
+  float largest = 0;
+  for (const CodedPatch& p : patches)
+    for (float v : p.image->value) largest = std::max(largest, std::fabs(v));
+  return std::max(kLeastStep, double(largest) / (1 << 19));
+}
+
 Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   Sampled s;
   const Allocator::Choice choice =
@@ -173,6 +182,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   double spacing, step;
   s.patches = m.allocator->coded(choice, spacing, step, s.patch_number);
   if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
+  step = std::max(step, finest_step(s.patches));
   s.placement = {{}, float(m.surface.scale), float(spacing), float(step), float(kTrade), m.closed};
   for (int k = 0; k < 3; k++) s.placement.origin[k] = float(m.surface.origin[k]);
   watch.lap("allocate");
@@ -215,15 +225,6 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
-// The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
-// differs from its prediction by.
-double finest_step(const std::vector<CodedPatch>& patches) {
-  float largest = 0;
-  for (const CodedPatch& p : patches)
-    for (float v : p.image->value) largest = std::max(largest, std::fabs(v));
-  return std::max(kLeastStep, double(largest) / (1 << 19));
-}
-
 // The thorough trial of these patches with the step that just keeps within the target:
 // with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
 // whether this one does.
@@ -244,9 +245,10 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     }
     return excess(t, m.options, bytes);
   };
+  mend(m, s, kMendRounds, watch);
+  const double finest = finest_step(s.patches);
   for (int i = 0; i < kMost; i++) {
-    s.placement.step = float(std::clamp(std::exp(x), kLeastStep, kMostStep));
-    if (i == 0) mend(m, s, kMendRounds, watch);
+    s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
     Trial t = code(m, s, true, watch);
     double y = measured(t);
     if (i > 0 && y <= 0 && y > -kInside) {  // mended for another step
@@ -265,7 +267,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   }
   met = best_y <= 0;
   if (m.options.unquantised) {
-    s.placement.step = float(finest_step(s.patches));
+    s.placement.step = float(finest);
     s.placement.trade = 0;
     best.unquantised = code(m, s, true, watch).stream;
   }

@@ -40,6 +40,11 @@ PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
 }
 
 DecodedMesh PatchDecoder::close(const Seams& seams) {
+  const std::vector<uint8_t> bytes = code_seams(seams);
+  return close(bytes.data(), bytes.data() + bytes.size());
+}
+
+DecodedMesh PatchDecoder::close(const uint8_t* seams, const uint8_t* end) {
   GapTrace trace = {};
   trace.first_triangle = first_triangle_.data();
   trace.capacity = uint32_t(first_triangle_.size());
@@ -48,9 +53,8 @@ DecodedMesh PatchDecoder::close(const Seams& seams) {
   trace.link_capacity = uint32_t(links_.size());
   trace.nodes = nodes_.data();
   trace.node_capacity = uint32_t(nodes_.size());
-  const std::vector<uint8_t> bytes = code_seams(seams);
   const bool closed = open_.parsed.header.flags & kFlagClosed;
-  const GapOptions options = {open_.spacing, closed, bytes.data(), bytes.data() + bytes.size(), &trace};
+  const GapOptions options = {open_.spacing, closed, seams, end, &trace};
   MeshWriter mesh = open_.mesh;  // what was added before is written over
   check(close_gaps(open_.nodes, open_.components, options, mesh, open_.gap_memory));
   DecodedMesh d;
@@ -65,44 +69,8 @@ DecodedMesh PatchDecoder::close(const Seams& seams) {
 }
 
 DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
-  relief_info info;
-  relief_status status = relief_inspect(stream.data(), stream.size(), &kNoLimits, &info);
-  DecodedMesh d;
-  if (status == RELIEF_OK) {
-    d.mesh.positions.resize(info.vertex_capacity);
-    d.mesh.triangles.resize(info.triangle_capacity);
-    d.first_triangle.resize(info.triangle_capacity);
-    d.links.resize(2 * size_t(info.vertex_capacity));
-    d.kind.resize(d.links.size());
-    d.nodes.resize(info.vertex_capacity);
-    struct alignas(16) Block {
-      uint8_t bytes[16];
-    };
-    std::vector<Block> workspace(info.workspace_bytes / 16 + 1);
-    GapTrace trace = {};
-    trace.first_triangle = d.first_triangle.data();
-    trace.capacity = uint32_t(d.first_triangle.size());
-    trace.links = reinterpret_cast<uint32_t(*)[2]>(d.links.data());
-    trace.kind = d.kind.data();
-    trace.link_capacity = uint32_t(d.links.size());
-    trace.nodes = d.nodes.data();
-    trace.node_capacity = uint32_t(d.nodes.size());
-    relief_mesh out = {};
-    out.positions = d.mesh.positions[0].data();
-    out.indices = d.mesh.triangles[0].data();
-    out.vertex_capacity = info.vertex_capacity;
-    out.triangle_capacity = info.triangle_capacity;
-    status = decode_traced(stream.data(), stream.size(), &kNoLimits, &out, workspace.data(),
-                           workspace.size() * sizeof(Block), false, &trace);
-    d.mesh.positions.resize(out.vertex_count);
-    d.mesh.triangles.resize(out.triangle_count);
-    d.first_triangle.resize(trace.count);
-    d.links.resize(trace.link_count);
-    d.kind.resize(trace.link_count);
-    d.nodes.resize(trace.node_count);
-  }
-  check(status);
-  return d;
+  PatchDecoder decoder(stream);
+  return decoder.close(seams_of(decoder.parsed(), stream.data()), stream.data() + stream.size());
 }
 
 std::vector<Pixel> pixels_of(const std::vector<CodedPatch>& patches) {

@@ -31,6 +31,8 @@ class PatchDecoder {
  public:
   explicit PatchDecoder(const std::vector<uint8_t>& stream);
   DecodedMesh close(const Seams& seams);
+  DecodedMesh close(const uint8_t* seams, const uint8_t* end);  // as they are in a stream
+  const Parsed& parsed() const { return open_.parsed; }
 
  private:
   struct alignas(16) Block {
@@ -45,7 +47,7 @@ class PatchDecoder {
   std::vector<LinkKind> kind_;
 };
 
-// As a decoder without the encoder's help does.
+// With the stream's own seams.
 DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream);
 
 // A pixel of a mask. The decoder numbers the pixels of all masks in order: its first vertices.

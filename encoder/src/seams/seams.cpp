@@ -107,19 +107,24 @@ Attempt attempt(const Context& in, Seams seams) {
   return a;
 }
 
-// With these links dropped, these that may make handles, the missing ones added, and every face open that is
-// clearly a hole.
-Attempt with_links(const Context& in, std::vector<uint32_t> dropped, std::vector<uint32_t> handles = {}) {
-  std::sort(dropped.begin(), dropped.end());
-  std::sort(handles.begin(), handles.end());
-  const Pieces pieces = join_parts(in.plain, in.ground, in.part, in.parts, dropped);
-  std::vector<std::array<uint32_t, 2>> added = missing_links(in.plain, in.ground, pieces);
-  Attempt filled = attempt(in, {std::move(dropped), std::move(handles), std::move(added), {}});
+// With these links, and every face open that is clearly a hole.
+Attempt open_holes(const Context& in, Seams links) {
+  std::sort(links.handles.begin(), links.handles.end());
+  Attempt filled = attempt(in, std::move(links));
   if (in.closed) return filled;
   Seams seams = filled.seams;
   for (const Suspect& face : suspicious_faces(filled.decoded, in))
     if (face.distance > kHole) seams.holes.push_back(face.number);
   return seams.holes.empty() ? filled : attempt(in, std::move(seams));
+}
+
+// With these links dropped, and the missing ones added.
+Attempt with_links(const Context& in, std::vector<uint32_t> dropped, const Pieces& pieces) {
+  return open_holes(in, {std::move(dropped), {}, missing_links(in.plain, in.ground, pieces), {}});
+}
+
+Pieces pieces_of(const Context& in, const std::vector<uint32_t>& dropped) {
+  return join_parts(in.plain, in.ground, in.part, in.parts, dropped);
 }
 
 // Opens or closes the faces that one cannot be sure of, as long as that brings the number of loops nearer.
@@ -173,13 +178,16 @@ std::vector<std::vector<uint32_t>> missing_handles(const Context& in, const Atte
 // after it.
 void add_handles(const Context& in, Attempt& best) {
   std::vector<char> vain(in.plain.links.size(), 0);
+  auto with_handles = [&](std::vector<uint32_t> handles) {
+    return open_holes(in, {best.seams.dropped_links, std::move(handles), best.seams.added_links, {}});
+  };
   for (int trial = 0; trial < kMostTrials && best.topology.genus < in.topology.genus; trial++) {
     std::vector<std::vector<uint32_t>> groups = missing_handles(in, best, vain);
     groups.resize(std::min(groups.size(), size_t(in.topology.genus - best.topology.genus)));
     if (groups.empty()) return;
     std::vector<uint32_t> handles = best.seams.handles;
     for (const auto& group : groups) handles.push_back(group[group.size() / 2]);
-    const Attempt tried = with_links(in, best.seams.dropped_links, handles);
+    const Attempt tried = with_handles(handles);
     // those that made none were let in after another: they are in without being asked for
     std::erase_if(handles, [&](uint32_t link) { return tried.decoded.kind[link] != LinkKind::kMade; });
     const size_t made = handles.size();
@@ -193,7 +201,7 @@ void add_handles(const Context& in, Attempt& best) {
     }
     const bool all = made == handles.size() && tried.seams.handles.size() == made;
     if (handles.size() <= best.seams.handles.size()) continue;
-    Attempt a = all ? tried : with_links(in, best.seams.dropped_links, std::move(handles));
+    Attempt a = all ? tried : with_handles(std::move(handles));
     if (a.mismatch >= best.mismatch) return;
     best = std::move(a);
   }
@@ -206,7 +214,8 @@ constexpr int kVainRounds = 1;  // of mending masks, without getting better
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough) {
   const Context in(parts, patches, input);
-  Attempt best = with_links(in, wrong_links(in.plain, in.ground));
+  const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
+  Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
   if (thorough && !input.closed) adjust_holes(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
@@ -223,8 +232,8 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   for (int round = 0, vain = 0; round < rounds && vain <= kVainRounds; round++) {
     const Context in(parts, patches, input);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
-    const Pieces pieces = join_parts(in.plain, in.ground, in.part, in.parts, dropped);
-    Attempt a = with_links(in, dropped);
+    const Pieces pieces = pieces_of(in, dropped);
+    Attempt a = with_links(in, dropped, pieces);
     add_handles(in, a);
     int folds = 0;
     const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, folds);
