@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <list>
 #include <memory>
 #include <optional>
@@ -139,6 +141,15 @@ void drop_components(const TriangleMesh& mesh, size_t least, Surface& surface) {
   surface.warnings = std::move(warnings);
 }
 
+// What the partition leaves to do before patches can be sampled.
+void gather(Job& m, Stopwatch& watch) {
+  m.ownership = diffuse_labels(m.surface, m.partition, kDiffusionRounds);
+  m.patches = gather_patches(m.surface, m.partition, kRingReach * m.spacing);
+  m.allocator = std::make_unique<Allocator>(AllocationInput{m.surface, m.ownership, m.patches, distance_to(m),
+                                                            kCoarsest * m.spacing, m.options.fit});
+  watch.lap("resample");
+}
+
 void prepare(Job& m, Stopwatch& watch) {
   report(m.options, "surface", 0);
   m.surface = build_surface(m.mesh);
@@ -157,11 +168,7 @@ void prepare(Job& m, Stopwatch& watch) {
   m.partition = partition_gla(m.surface, p);
   watch.lap("partition");
   report(m.options, "resample", 0.4);
-  m.ownership = diffuse_labels(m.surface, m.partition, kDiffusionRounds);
-  m.patches = gather_patches(m.surface, m.partition, kRingReach * m.spacing);
-  m.allocator = std::make_unique<Allocator>(AllocationInput{m.surface, m.ownership, m.patches, distance_to(m),
-                                                            kCoarsest * m.spacing, m.options.fit});
-  watch.lap("resample");
+  gather(m, watch);
 }
 
 SeamsInput seams_input(const Job& m) { return {m.surface, m.topology, distance_to(m), m.closed}; }
@@ -290,9 +297,37 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
   return t;
 }
 
+// Distances from the middle of each face to what a stream decodes to, lattice units.
+std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded) {
+  TriangleMesh middles;
+  for (const auto& f : m.surface.faces) {
+    const auto& v = m.surface.vertices;
+    const Vec3 p = m.surface.origin +
+                   m.surface.scale * (v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3;
+    middles.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
+  }
+  std::vector<float> distance = ErrorMeter(decoded, kFewestSamples).distance_of_positions(middles);
+  for (float& d : distance) d = float(d / m.surface.scale);
+  return distance;
+}
+
+// Makes patches of what a trial misses, if there is anything worth its bytes.
+bool split_what_is_missed(Job& m, const Trial& t, Stopwatch& watch) {
+  static const double kFar = getenv("KFAR") ? atof(getenv("KFAR")) : 4, kBits = getenv("KBITS") ? atof(getenv("KBITS")) : 600;
+  const std::vector<float> distance = distances_of_faces(m, t.mesh);
+  PartitionOptions p;
+  p.aperture = m.options.aperture;
+  size_t before = m.partition.normal.size();
+  const bool any = split_missed(m.surface, p, {distance, kFar * t.error * kLatticeDiagonal, kBits * t.lambda}, m.partition);
+  fprintf(stderr, "DBG split %zu -> %zu\n", before, m.partition.normal.size());
+  watch.lap("partition");
+  if (any) gather(m, watch);
+  return any;
+}
+
 // Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
 // trial is near the target; the last word does the rest.
-Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
+Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   constexpr double near = 0.015;
   const double direction = bytes > 0 ? -1 : 1;  // excess rises with lambda for errors, falls for bytes
   double guess = m.options.error * kLatticeDiagonal * kUsualStep * m.spacing;  // step * spacing for the error
@@ -309,6 +344,7 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
   Trial best, least;                     // inside and outside, nearest to the target
   double best_y = -INFINITY, least_y = INFINITY;
   met = false;
+  int split = 0;
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Sampled sampled = sample(m, std::exp(x), watch);
@@ -317,6 +353,18 @@ Trial search(const Job& m, double bytes, bool& met, Stopwatch& watch) {
     if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
     t.sampled = std::move(sampled);
     const double y = excess(t, m.options, bytes);
+    fprintf(stderr, "DBG trial x %.4f bytes %zu error %.4f y %.4f genus %ld\n", x, t.stream.size(), t.error * 1e4, y, (long)t.topology.genus);
+    static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 3;
+    if (split < rounds && std::fabs(y) < 0.5) {
+      if (bytes > 0) t.error = measure(m, t, kErrorSamples, watch);
+      split++;
+      if (split_what_is_missed(m, t, watch)) {
+        inside = outside = std::nullopt;
+        best_y = -INFINITY, least_y = INFINITY, met = false;
+        continue;
+      }
+      split = rounds;
+    }
     if (std::fabs(y) < near) {
       met = true;
       best = std::move(t);

@@ -31,19 +31,70 @@ void ensure_height_fields(const NormalCone& cone, const Surface& surface, double
   }
 }
 
+double mean_spacing(const Surface& surface, const PartitionOptions& options) {
+  return options.spacing > 0 ? options.spacing
+                             : std::sqrt(surface.total_area / static_cast<double>(surface.vertices.size()));
+}
+
+double widest_aperture(const PartitionOptions& options) {
+  return std::max(options.aperture, std::min(options.aperture + kBoundarySlack, kWidestAperture));
+}
+
+// Regions that reach `far` somewhere and kRim of it everywhere, worth a patch of their own.
+std::vector<std::vector<int>> missed_regions(const Surface& surface, const Missed& missed,
+                                             const std::vector<int>& label) {
+  constexpr double kRim = 0.4;
+  const auto& distance = missed.distance;
+  std::vector<std::vector<int>> regions;
+  std::vector<char> seen(surface.faces.size(), 0);
+  for (size_t start = 0; start < seen.size(); ++start) {
+    if (seen[start] || label[start] < 0 || distance[start] < missed.far) continue;
+    std::vector<int> faces{static_cast<int>(start)};
+    seen[start] = 1;
+    double sum = 0;
+    for (size_t i = 0; i < faces.size(); ++i) {
+      const int f = faces[i];
+      sum += surface.areas[f] * distance[f] * distance[f];
+      for (int g : surface.adjacent[f])
+        if (g >= 0 && !seen[g] && label[g] >= 0 && distance[g] >= kRim * missed.far) {
+          seen[g] = 1;
+          faces.push_back(g);
+        }
+    }
+    if (sum >= missed.worth) regions.push_back(std::move(faces));
+  }
+  return regions;
+}
+
 }  // namespace
+
+bool split_missed(const Surface& surface, const PartitionOptions& options, const Missed& missed,
+                  Partition& partition) {
+  const std::vector<std::vector<int>> regions = missed_regions(surface, missed, partition.label);
+  if (regions.empty()) return false;
+  NormalCone cone = make_normal_cone(surface, widest_aperture(options));
+  Patches patches{std::move(partition.label), std::move(partition.normal)};
+  for (const std::vector<int>& faces : regions) {
+    for (int f : faces) {
+      cone.cells.smooth[f] = cone.cells.own[f];  // no noise, as it seems
+      patches.label[f] = static_cast<int>(patches.normal.size());
+    }
+    patches.normal.push_back(surface.normals[faces[0]]);
+  }
+  refit(surface, patches);
+  ensure_height_fields(cone, surface, mean_spacing(surface, options), patches);
+  compact(patches);
+  partition = {std::move(patches.label), std::move(patches.normal)};
+  return true;
+}
 
 Partition partition_gla(const Surface& surface, const PartitionOptions& options) {
   const auto progress = [&](double done) {
     if (options.progress) options.progress(done);
   };
-  const double spacing = options.spacing > 0
-                             ? options.spacing
-                             : std::sqrt(surface.total_area / static_cast<double>(surface.vertices.size()));
+  const double spacing = mean_spacing(surface, options);
   const NormalCone cone = make_normal_cone(surface, options.aperture);
-  const double widest =
-      std::max(options.aperture, std::min(options.aperture + kBoundarySlack, kWidestAperture));
-  const double epsilon = std::cos(widest * M_PI / 180);
+  const double epsilon = std::cos(widest_aperture(options) * M_PI / 180);
   NormalCone relaxed = cone;
   relaxed.cosine = epsilon;
 

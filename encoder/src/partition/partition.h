@@ -24,4 +24,16 @@ struct Partition {
 // 2e-5 of the surface excepted. Deterministic: the same on any number of threads.
 Partition partition_gla(const Surface& surface, const PartitionOptions& options);
 
+// What a coded surface missed.
+struct Missed {
+  const std::vector<float>& distance;  // from the middle of each face to the coded surface, lattice units
+  double far;    // a region is missed where it is farther away than this
+  double worth;  // squared distance times area that a region must have to become patches of its own
+};
+
+// Makes connected regions that were missed patches of their own: pits and tunnels narrower than a few faces, and sheets
+// that their patch lays one over the other; the condition of the cone is then taken face by face. Returns whether there
+// were any.
+bool split_missed(const Surface& surface, const PartitionOptions& options, const Missed& missed, Partition& partition);
+
 }  // namespace relief
