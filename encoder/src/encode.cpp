@@ -348,12 +348,15 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Sampled sampled = sample(m, std::exp(x), watch);
+    static const int mendq = getenv("MENDQ") ? atoi(getenv("MENDQ")) : 3;
+    if (split > 0) mend(m, sampled, mendq, watch);
     Trial t = code(m, sampled, false, watch);
     t.lambda = std::exp(x);
     if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
     t.sampled = std::move(sampled);
     const double y = excess(t, m.options, bytes);
     fprintf(stderr, "DBG trial x %.4f bytes %zu error %.4f y %.4f genus %ld\n", x, t.stream.size(), t.error * 1e4, y, (long)t.topology.genus);
+    if (getenv("DUMPM") && t.error > 1e-4) { FILE* o = fopen("/tmp/w/dump.off", "w"); fprintf(o, "OFF\n%zu %zu 0\n", t.mesh.positions.size(), t.mesh.triangles.size()); for (auto& p : t.mesh.positions) fprintf(o, "%.9g %.9g %.9g\n", p[0], p[1], p[2]); for (auto& f : t.mesh.triangles) fprintf(o, "3 %u %u %u\n", f[0], f[1], f[2]); fclose(o); exit(1); }
     static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 3;
     if (split < rounds && std::fabs(y) < 0.5) {
       if (bytes > 0) t.error = measure(m, t, kErrorSamples, watch);

@@ -32,6 +32,9 @@ struct Pieces {
 Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::vector<int>& part, int parts,
                   const std::vector<uint32_t>& dropped);
 
+// A group of fewer pixels is left away where it cannot be joined to the others nearby.
+constexpr size_t kStrayPixels = 64;
+
 // The shortest links with which the groups of each component of the surface become one; sorted, with one link
 // at most for each lower node.
 std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,

@@ -12,7 +12,6 @@
 namespace relief {
 namespace {
 
-constexpr size_t kStrayPixels = 64;
 constexpr size_t kTinyPixels = 8;                         // a piece as small as this is not made smaller
 const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "seams/gap_error.h"
+
 namespace relief {
 namespace {
 
@@ -12,6 +14,9 @@ constexpr float kHole = 1.0f, kMaybeHole = 0.2f;
 constexpr int kMostTrials = 12;
 // Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
 constexpr size_t kFewLinks = 4;
+// What a handle more is worth of the error between patches: so many spacings to the fourth.
+constexpr double kHandleWorth = 0.02, kShareOfError = 0.003;
+constexpr int kMostFaceTrials = 60;
 
 // A link or a face with how far it leaves the surface.
 struct Suspect {
@@ -33,6 +38,7 @@ struct Context : SeamsInput {
   DecodedMesh plain;      // without seams
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
+  mutable KnownTriangles known;
   Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
       : SeamsInput(in),
         coded(p),
@@ -207,6 +213,79 @@ void add_handles(const Context& in, Attempt& best) {
   }
 }
 
+GapError error_of(const Context& in, const Attempt& a) {
+  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, in.known);
+}
+
+// Faces with more than so small a share of all error, the worst first.
+std::vector<Suspect> worst_faces(const GapError& error) {
+  std::vector<Suspect> faces;
+  for (uint32_t f = 0; f < error.of_face.size(); f++)
+    if (error.of_face[f] > kShareOfError * error.sum) faces.push_back({float(error.of_face[f]), f});
+  worst_first(faces);
+  return faces;
+}
+
+// The links at the nodes along a face's rim.
+class RimLinks {
+ public:
+  explicit RimLinks(const Context& in) : node_(in.ground.pixel.size(), UINT32_MAX), links_(in.plain.nodes.size()) {
+    for (uint32_t n = 0; n < in.plain.nodes.size(); n++) node_[in.plain.nodes[n]] = n;
+    for (uint32_t l = 0; l < in.plain.links.size(); l++)
+      for (uint32_t n : in.plain.links[l]) links_[n].push_back(l);
+  }
+  // Those that are left out and not yet tried; they are marked as tried.
+  std::vector<uint32_t> refused(const Attempt& a, uint32_t face, std::vector<char>& tried) const {
+    std::vector<uint32_t> found;
+    for (size_t t = a.decoded.first_triangle[face]; t < a.decoded.face_end(face); t++)
+      for (uint32_t v : a.decoded.mesh.triangles[t]) {
+        if (v >= node_.size()) continue;
+        for (uint32_t link : links_[node_[v]]) {
+          if (a.decoded.kind[link] != LinkKind::kRefused || tried[link]) continue;
+          tried[link] = 1;
+          found.push_back(link);
+        }
+      }
+    return found;
+  }
+
+ private:
+  std::vector<uint32_t> node_;  // of each pixel
+  std::vector<std::vector<uint32_t>> links_;
+};
+
+// Makes further handles as long as they take triangles away that leave the surface: a handle that is missing
+// leaves an opening closed. The worst faces first, by the links that were left out along their rims.
+void improve_faces(const Context& in, Attempt& best) {
+  const double spacing = in.coded.placement.spacing, handle = kHandleWorth * std::pow(spacing, 4);
+  GapError error = error_of(in, best);
+  const RimLinks rims(in);
+  std::vector<char> tried(in.plain.links.size(), 0);
+  auto better_with = [&](uint32_t link) {
+    Seams seams = best.seams;
+    seams.holes.clear();
+    seams.handles.push_back(link);
+    Attempt a = open_holes(in, std::move(seams));
+    if (a.decoded.kind[link] != LinkKind::kMade) return false;
+    GapError e = error_of(in, a);
+    const double gain = error.sum - e.sum + handle * (best.mismatch - a.mismatch);
+    if (gain <= 0 || gain <= laid_bare(error, e)) return false;
+    best = std::move(a), error = std::move(e);
+    return true;
+  };
+  int trials = 0;
+  for (bool better = true; better;) {
+    better = false;
+    for (const Suspect& face : worst_faces(error)) {
+      for (uint32_t link : rims.refused(best, face.number, tried)) {
+        if (trials++ == kMostFaceTrials) return;
+        if ((better = better_with(link))) break;
+      }
+      if (better) break;
+    }
+  }
+}
+
 constexpr int kVainRounds = 1;  // of mending masks, without getting better
 
 }  // namespace
@@ -217,6 +296,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
+  improve_faces(in, best);
   if (thorough && !input.closed) adjust_holes(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }
