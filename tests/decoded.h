@@ -50,7 +50,8 @@ struct Decoded {
   size_t triangles() const { return indices.size() / 3; }
 };
 
-inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr) {
+inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr,
+                              bool smooth = false) {
   Decoded d;
   const HeapBlock stream(data, size);
   const void* bytes = stream.data();
@@ -66,7 +67,8 @@ inline Decoded decode_exactly(const void* data, size_t size, const relief_limits
                       d.info.triangle_capacity,
                       0,
                       0};
-  d.status = relief_decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
+  auto* const decode = smooth ? relief_decode_smoothed : relief_decode;
+  d.status = decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
   if (d.status != RELIEF_OK) return d;
   d.positions.assign(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
   d.normals.assign(mesh.normals, mesh.normals + 3 * size_t(mesh.vertex_count));
