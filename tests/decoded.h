@@ -20,8 +20,10 @@ namespace relief {
 // An uninitialised block of the heap, of exactly `size` bytes (one if 0), aligned to 16.
 class HeapBlock {
  public:
-  explicit HeapBlock(size_t size) : size_(size), bytes_(static_cast<uint8_t*>(std::malloc(size ? size : 1))) {
-    if (!bytes_) throw std::bad_alloc();
+  explicit HeapBlock(size_t size) : size_(size) {
+    void* bytes;  // malloc aligns to 8 on some machines of 32 bits, and aligned_alloc takes multiples only
+    if (posix_memalign(&bytes, 16, size ? size : 1)) throw std::bad_alloc();
+    bytes_.reset(static_cast<uint8_t*>(bytes));
   }
   HeapBlock(const void* data, size_t size) : HeapBlock(size) {
     if (size) std::memcpy(bytes_.get(), data, size);
