@@ -755,6 +755,68 @@ TEST(Stream, HugeRectanglesAreOverTheLimit) {
   }
 }
 
+// A stream of 1 KB that asks for as much as it can: `count` rectangles, every pixel in a mask and on a
+// border.
+std::vector<uint8_t> greedy_stream(uint32_t count, uint32_t width, uint32_t height, uint32_t most) {
+  RangeEncoder coder;
+  PatchTableModels models;
+  PatchHeader patch = {};
+  patch.width = width, patch.height = height;
+  for (uint32_t i = 0; i < count; i++) code_patch(coder, models, patch);
+  StreamParts parts;
+  parts.placement = {{0, 0, 0}, 1e-6f, 1000, 8, 0.1f, true};
+  parts.patches = count;
+  parts.mask_pixels = uint32_t(std::min<uint64_t>(uint64_t(count) * width * height, most));
+  parts.table = coder.finish();
+  parts.table.resize(1000);
+  return assemble(parts, {parts.mask_pixels, 0, 0}, {});
+}
+
+// Memory of the caller: workspace, positions, normals, indices.
+uint64_t memory_of(const relief_info& info) {
+  return info.workspace_bytes + 24 * uint64_t(info.vertex_capacity) + 12 * uint64_t(info.triangle_capacity);
+}
+
+// The memory that 1 KB can ask for grows with the limits alone: a megabyte, 3400 bytes a patch, 96 a pixel,
+// and 950 a vertex. So limits of a million of each keep it below 1.1 GB, and those of 2^16 below 80 MB.
+TEST(Stream, AsksForNoMoreThanTheLimitsAllow) {
+  int taken = 0;
+  uint64_t most = 0;
+  for (uint32_t pixels : {1u << 10, 1u << 16, 1u << 20})
+    for (uint32_t vertices : {1u << 10, 1u << 16, 1u << 20})
+      for (uint32_t width : {1u, 2u, 3u, 33u, 1000u, kMaxSide})
+        for (uint32_t height : {1u, 2u, 3u, 33u, 1000u, kMaxSide})
+          for (uint32_t count : {1u, 2u, 30u, 1000u}) {
+            const std::vector<uint8_t> stream = greedy_stream(count, width, height, vertices);
+            ASSERT_LE(stream.size(), 1060u);
+            const relief_limits limits = {1000, pixels, vertices};
+            relief_info info;
+            const relief_status status = relief_inspect(stream.data(), stream.size(), &limits, &info);
+            if (status != RELIEF_OK) continue;
+            taken++;
+            most = std::max(most, memory_of(info));
+            EXPECT_LE(memory_of(info),
+                      (1u << 20) + 3400 * 1000 + 96 * uint64_t(pixels) + 950 * uint64_t(vertices))
+                << count << " of " << width << " x " << height;
+          }
+  EXPECT_GT(taken, 100);
+  EXPECT_LT(most, 1100000000u);
+  EXPECT_GT(most, 500000000u);  // they do ask for much
+}
+
+// The default limits allow far more than a machine has; the library and the command do not go along.
+TEST(Stream, GigabytesForAKilobyteAreRefused) {
+  const std::vector<uint8_t> stream = greedy_stream(1, kMaxSide, 1 << 13, 1 << 27);
+  relief_info info;
+  ASSERT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_OK);
+  EXPECT_GT(memory_of(info), uint64_t(1) << 36);
+  EXPECT_THROW(decode(stream.data(), stream.size()), InputError);
+  const std::vector<uint8_t> modest = greedy_stream(1, 4096, 1024, 1 << 22);
+  ASSERT_EQ(relief_inspect(modest.data(), modest.size(), nullptr, &info), RELIEF_OK);
+  EXPECT_GT(memory_of(info), uint64_t(3) << 30);
+  EXPECT_THROW(decode(modest.data(), modest.size()), InputError);
+}
+
 TEST(Ledger, AddsUpToTheStream) {
   for (const Golden& g : read_golden(RELIEF_SOURCE_DIR "/tests/golden")) {
     const Ledger l = read_ledger(g.stream);

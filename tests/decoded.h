@@ -20,8 +20,10 @@ namespace relief {
 // An uninitialised block of the heap, of exactly `size` bytes (one if 0), aligned to 16.
 class HeapBlock {
  public:
-  explicit HeapBlock(size_t size) : size_(size), bytes_(static_cast<uint8_t*>(std::malloc(size ? size : 1))) {
-    if (!bytes_) throw std::bad_alloc();
+  explicit HeapBlock(size_t size) : size_(size) {
+    void* bytes;  // malloc aligns to 8 on some machines of 32 bits, and aligned_alloc takes multiples only
+    if (posix_memalign(&bytes, 16, size ? size : 1)) throw std::bad_alloc();
+    bytes_.reset(static_cast<uint8_t*>(bytes));
   }
   HeapBlock(const void* data, size_t size) : HeapBlock(size) {
     if (size) std::memcpy(bytes_.get(), data, size);
@@ -50,7 +52,8 @@ struct Decoded {
   size_t triangles() const { return indices.size() / 3; }
 };
 
-inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr) {
+inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr,
+                              bool smooth = false) {
   Decoded d;
   const HeapBlock stream(data, size);
   const void* bytes = stream.data();
@@ -66,7 +69,8 @@ inline Decoded decode_exactly(const void* data, size_t size, const relief_limits
                       d.info.triangle_capacity,
                       0,
                       0};
-  d.status = relief_decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
+  auto* const decode = smooth ? relief_decode_smoothed : relief_decode;
+  d.status = decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
   if (d.status != RELIEF_OK) return d;
   d.positions.assign(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
   d.normals.assign(mesh.normals, mesh.normals + 3 * size_t(mesh.vertex_count));

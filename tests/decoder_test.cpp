@@ -7,9 +7,11 @@
 #include <random>
 #include <set>
 
+#include "coefficients.h"
 #include "container.h"
 #include "decoded.h"
 #include "golden.h"
+#include "wavelet.h"
 
 // Compiled as C99 and as C++11.
 extern "C" relief_status relief_header_is_c(const void* data, size_t size);
@@ -470,6 +472,69 @@ TEST(Hostile, RandomBytes) {
     const size_t keep = std::min<size_t>(random() % 48, bytes.size());
     std::copy(s.begin(), s.begin() + ptrdiff_t(keep), bytes.begin());
     expect_error_or_good_mesh(bytes, "noise " + std::to_string(i));
+  }
+}
+
+// --- docs/RELIEF_patch_compression/tables.json ---
+
+// A float's shortest decimal that is read back as the same float.
+std::string decimal(float f) {
+  char text[32];
+  for (int digits = 1; digits < 10; digits++) {
+    std::snprintf(text, sizeof text, "%.*g", digits, double(f));
+    if (std::strtof(text, nullptr) == f) break;
+  }
+  return text;
+}
+
+template <class List, class Text>
+std::string row(const List& list, Text text) {
+  std::string s;
+  for (const auto& v : list) s += (s.empty() ? "[" : ", ") + text(v);
+  return s + "]";
+}
+
+std::string whole(int v) { return std::to_string(v); }
+
+// The tables as they are compiled into the decoder, in the form of the document's file.
+std::string tables_text() {
+  std::string s = "{\n  \"version\": " + whole(RELIEF_STREAM_VERSION) +
+                  ",\n  \"lifting\": " + row(kLift, decimal) + ",\n  \"low_scale\": " + decimal(kLowScale) +
+                  ",\n  \"logistic_knots\": ";
+  std::vector<int> knots;
+  for (int x = -2048; x <= 2048; x += 128) knots.push_back(Logistic::squash(std::clamp(x, -2047, 2047)));
+  s += row(knots, whole) + ",\n  \"activity_weights\": [";
+  for (int t = 0; t < 3; t++) {
+    const ActivityWeights& w = kActivityWeights[t];
+    s += std::string(t ? "," : "") + "\n    {\"W\": " + whole(w.W) + ", \"N\": " + whole(w.N) +
+         ", \"NW\": " + whole(w.NW) + ", \"NE\": " + whole(w.NE) + ", \"WW\": " + whole(w.WW) +
+         ", \"NN\": " + whole(w.NN) +
+         ", \"parent\": " + row(std::vector<int>{w.parent, w.parent_across, w.parent_down}, whole) +
+         ", \"siblings\": [";
+    for (int i = 0; i < t; i++)
+      s += (i ? ", " : "") +
+           row(std::vector<int>{w.sibling[i].here, w.sibling[i].across, w.sibling[i].down}, whole);
+    s += "]}";
+  }
+  s += "\n  ],\n  \"first_nonzero\": " + row(kFirstNonzero, whole) + ",\n  \"first_greater\": [";
+  for (int a = 0; a < kActivities; a++) s += (a ? ", " : "") + row(kFirstGreater[a], whole);
+  return s + "]\n}\n";
+}
+
+TEST(Document, ListsTheTablesOfTheDecoder) {
+  const std::vector<uint8_t> file =
+      read_bytes(RELIEF_SOURCE_DIR "/docs/RELIEF_patch_compression/tables.json");
+  EXPECT_EQ(std::string(file.begin(), file.end()), tables_text());
+}
+
+TEST(Document, ListsTheGoldenStreams) {
+  const std::vector<uint8_t> file =
+      read_bytes(RELIEF_SOURCE_DIR "/docs/RELIEF_patch_compression/bitstream.md");
+  const std::string text(file.begin(), file.end());
+  for (const Golden& g : golden()) {
+    const std::string line =
+        "| " + g.name + ".relief | " + std::to_string(g.stream.size()) + " | `" + g.hash + "` |";
+    EXPECT_NE(text.find(line), std::string::npos) << "section 16 has no line\n" << line;
   }
 }
 

@@ -827,6 +827,21 @@ TEST(Hostile, NotGlbAtAll) {
   EXPECT_EQ(error_of([&] { read_gltf_mesh(folder.path); }), "is not a regular file");
 }
 
+// Found by fuzzing: the search for chunks ran on from a length below that of the header.
+TEST(Hostile, LengthShorterThanTheHeaderOfAGlb) {
+  TemporaryFolder folder;
+  SceneBuilder scene;
+  scene.mesh({scene.primitive(make_cube(1))});
+  const TestBytes glb = scene.glb();
+  for (uint8_t length = 0; length < 12; length++) {
+    TestBytes bytes = glb;
+    bytes[8] = length, bytes[9] = bytes[10] = bytes[11] = 0;
+    write_bytes(folder / "in.glb", bytes);
+    EXPECT_EQ(error_of([&] { read_gltf_mesh(folder / "in.glb"); }),
+              "is truncated: the length in its header is less than the header's");
+  }
+}
+
 TEST(Hostile, EveryPrefixOfAGlbIsRefused) {
   TemporaryFolder folder;
   SceneBuilder scene;

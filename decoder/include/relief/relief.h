@@ -17,6 +17,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* What a shared library exports; nothing else is visible in it. */
+#ifndef RELIEF_API
+#ifdef __GNUC__
+#define RELIEF_API __attribute__((visibility("default")))
+#else
+#define RELIEF_API
+#endif
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -37,7 +46,7 @@ typedef enum relief_status {
 } relief_status;
 
 /* A sentence in English for a status; never null, valid for ever. */
-const char* relief_status_text(relief_status status);
+RELIEF_API const char* relief_status_text(relief_status status);
 
 /* Upper bounds on what a stream may ask for, checked before anything is sized by the stream.
  * A null pointer in place of the limits means relief_default_limits. */
@@ -46,7 +55,7 @@ typedef struct relief_limits {
   uint32_t max_pixels;   /* pixels of all patch rectangles together; default 1 << 28 */
   uint32_t max_vertices; /* vertices of the mesh; default 1 << 27 */
 } relief_limits;
-extern const relief_limits relief_default_limits;
+RELIEF_API extern const relief_limits relief_default_limits;
 
 /* What a stream holds. Counts are vertices and triangles of the mesh that the whole stream decodes to. */
 typedef struct relief_info {
@@ -68,7 +77,8 @@ typedef struct relief_info {
  *   limits       upper bounds, or null for relief_default_limits
  *   info         receives the result; untouched unless RELIEF_OK
  * Errors: ARGUMENT, TRUNCATED, MAGIC, VERSION, CORRUPT, LIMIT. Time: proportional to the number of patches. */
-relief_status relief_inspect(const void* data, size_t size, const relief_limits* limits, relief_info* info);
+RELIEF_API relief_status relief_inspect(const void* data, size_t size, const relief_limits* limits,
+                                        relief_info* info);
 
 /* Where relief_decode writes. The caller owns all arrays. */
 typedef struct relief_mesh {
@@ -90,16 +100,16 @@ typedef struct relief_mesh {
  *   workspace        relief_info.workspace_bytes bytes, aligned to 16; contents are scratch
  * Errors: those of relief_inspect, WORKSPACE, OUTPUT. After an error the arrays hold unspecified values.
  * The same bytes give the same mesh, bit for bit, on every machine. */
-relief_status relief_decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                            void* workspace, size_t workspace_size);
+RELIEF_API relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
+                                       relief_mesh* mesh, void* workspace, size_t workspace_size);
 
 /* As relief_decode, and then moves every vertex on the border of a patch a third of the way to the mean of its
  * neighbours (the boundary smoothing of the paper, 5.3). At coarse errors the seams between patches are seen less; at
  * fine ones detail along them is lost. The error measure rises, by 9% on Dragon at E = 4; counts and indices are the
  * same.
  * Arguments, errors and promises are those of relief_decode. */
-relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
-                                     void* workspace, size_t workspace_size);
+RELIEF_API relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits,
+                                                relief_mesh* mesh, void* workspace, size_t workspace_size);
 
 #ifdef __cplusplus
 }

@@ -35,6 +35,7 @@ Chunks split_glb(const Bytes& file) {
   if (length > file.size()) throw InputError("is truncated: shorter than the length in its header");
   Chunks chunks;
   size_t at = 12;
+  if (length < at) throw InputError("is truncated: the length in its header is less than the header's");
   for (int i = 0; length - at >= 8; i++) {
     size_t size = get32(&file[at]);
     uint32_t type = get32(&file[at + 4]);

@@ -7,14 +7,28 @@
 #include "relief/relief.h"
 
 namespace relief {
+namespace {
+
+// What a stream may ask for: the decoder's own limits let a few bytes ask for more than a machine has. Scans
+// take some KB for each byte of their streams.
+constexpr uint64_t kMemory = uint64_t(1) << 30, kMemoryAByte = 1 << 16;
+
+uint64_t memory_of(const relief_info& info) {
+  return info.workspace_bytes + uint64_t(info.vertex_capacity) * 2 * sizeof(float[3]) +
+         uint64_t(info.triangle_capacity) * sizeof(uint32_t[3]);
+}
+
+}  // namespace
 
 TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& options) {
+  const uint64_t most = kMemory + kMemoryAByte * size;
   size = size_t(std::min<uint64_t>(size, options.bytes));
   auto check = [](relief_status status) {
     if (status != RELIEF_OK) throw InputError(relief_status_text(status));
   };
   relief_info info;
   check(relief_inspect(data, size, nullptr, &info));
+  if (memory_of(info) > most) throw InputError("the stream asks for more memory than one of its size may");
 
   TriangleMesh mesh;
   mesh.positions.resize(info.vertex_capacity);

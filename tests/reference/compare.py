@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""compare.py DECODE_HASH N [SEED] [FILE...]: the golden streams (or the files), prefixes of them and N damaged copies must
+become the same in decode.py, which was written from the document, as in DECODE_HASH, the C++ decoder."""
+import os
+import random
+import subprocess
+import sys
+import tempfile
+
+import decode
+
+here = os.path.dirname(os.path.abspath(__file__))
+golden = os.path.join(here, '../golden')
+SMALL = (16, 1 << 13, 1 << 13)  # limits that keep damaged streams from taking long
+
+
+def reference(data, limits, smoothed):
+    try:
+        return decode.hashlib.sha256(decode.decode(data, limits, smoothed)).hexdigest()
+    except decode.Error as e:
+        return str(e.args[0])
+
+
+def damaged(data, header, generator):
+    """Some bytes altered, mostly behind the header; now and then an end cut off or the seams replaced."""
+    bytes_ = bytearray(data)
+    for _ in range(generator.choice((1, 1, 2, 8))):
+        first = 0 if generator.random() < 0.2 else header
+        bytes_[generator.randrange(first, len(bytes_))] = generator.randrange(256)
+    way = generator.randrange(5)
+    if way == 0:
+        del bytes_[generator.randrange(len(bytes_)):]
+    elif way == 1:
+        bytes_ = with_seams(bytes_, generator)
+    return bytes(bytes_)
+
+
+def with_seams(data, generator):
+    at, ends = 29, []
+    for _ in range(8):
+        _, at, good = decode.varint(data, at)
+        ends.append(at)
+        if not good:
+            return data
+    seams = []
+    for _ in range(4):  # lists of small differences
+        for _ in range(generator.choice((0, 1, 1, 3, 10))):
+            seams.append(generator.choice((1, 2, 3, 10, 40)))
+        seams.append(0)
+    if generator.random() < 0.5:  # a third list with partners
+        seams = [0, 0] + [generator.choice((1, 2, 5, 9, 30)) for _ in range(2 * generator.randrange(8))] + [0] + seams[-6:]
+    old = decode.varint(data, ends[6])[0]
+    body = data[ends[7]:len(data) - old] if old else data[ends[7]:]
+    flags = bytearray(data[:ends[6]])
+    if generator.random() < 0.5:
+        flags[4] = 0
+    return flags + bytes([len(seams)]) + body + bytes(seams)
+
+
+def main(tool, count, seed=1, *files):
+    generator = random.Random(int(seed))
+    names = list(files) or sorted(os.path.join(golden, n) for n in os.listdir(golden) if n.endswith('.relief'))
+    streams = [open(n, 'rb').read() for n in names]
+    jobs = [(s, decode_limits, smoothed) for s in streams
+            for decode_limits, smoothed in (((1 << 20, 1 << 28, 1 << 27), False), ((1 << 20, 1 << 28, 1 << 27), True))]
+    for _ in range(int(count)):
+        s = generator.choice(streams)
+        jobs.append((damaged(s, 29, generator), SMALL, generator.random() < 0.2))
+    differing = decoded = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for limits, smoothed in sorted({job[1:] for job in jobs}):
+            mine = [job[0] for job in jobs if job[1:] == (limits, smoothed)]
+            paths = []
+            for i, data in enumerate(mine):
+                paths.append(os.path.join(folder, str(i)))
+                open(paths[-1], 'wb').write(data)
+            command = [tool, '--limits', *map(str, limits)] + ['--smooth'] * smoothed + paths
+            theirs = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+            assert len(theirs) == len(mine)
+            for data, result in zip(mine, theirs):
+                ours = reference(data, limits, smoothed)
+                decoded += len(ours) == 64
+                if ours != result:
+                    differing += 1
+                    print('differs:', ours, result, 'smoothed' if smoothed else '', data.hex())
+    print('%d streams, %d of them decoded, %d differ' % (len(jobs), decoded, differing))
+    return 1 if differing or decoded < len(jobs) // 4 else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(*sys.argv[1:]))

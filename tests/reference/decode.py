@@ -1,0 +1,1258 @@
+#!/usr/bin/env python3
+"""A decoder written from docs/RELIEF_patch_compression/bitstream.md alone: slow, and in its order. The section numbers
+are those of that document.
+
+  decode.py [--limits PATCHES PIXELS VERTICES] [--smooth] FILE...
+
+prints for each file a line: the SHA-256 of positions, normals and indices, or the number of the error.
+"""
+import hashlib
+import json
+import math
+import os
+import struct
+import sys
+
+TABLES = json.load(open(os.path.join(os.path.dirname(os.path.abspath(__file__)),
+                                     '../../docs/RELIEF_patch_compression/tables.json')))
+ARGUMENT, TRUNCATED, MAGIC, VERSION, CORRUPT, LIMIT, WORKSPACE, OUTPUT = range(1, 9)
+
+
+class Error(Exception):
+    pass
+
+
+# --- 1 Conventions ---
+
+_single = struct.Struct('<f')
+
+
+def f32(x):
+    """The nearest float. Sums, products, quotients and square roots of floats come out right via double (Figueroa)."""
+    return _single.unpack(_single.pack(x))[0]
+
+
+def quotient(a, b):  # rounds towards zero
+    return abs(a) // b if a >= 0 else -(abs(a) // b)
+
+
+def root(v):
+    return int(math.sqrt(float(v)))
+
+
+def clamp(x, m):
+    return max(-m, min(m, x))
+
+
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def minus(a, b):
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def unit(v):
+    while max(map(abs, v)) > 1 << 24:
+        v = tuple(quotient(c, 4) for c in v)
+    l = math.sqrt(float(dot(v, v)))
+    return (0, 0, 0) if l == 0 else tuple(int(float(c) * 4096.0 / l) for c in v)
+
+
+# --- 2 Container ---
+
+class Stream:
+    def __init__(self, data, limits):
+        max_patches, max_pixels, max_vertices = limits
+        self.data = data
+        if data[:3] != b'RLF'[:len(data[:3])]:
+            raise Error(MAGIC)
+        if len(data) > 3 and data[3] != 0:
+            raise Error(VERSION)
+        if len(data) < 29:
+            raise Error(TRUNCATED)
+        self.flags = data[4]
+        *self.origin, self.scale, self.spacing, self.step = struct.unpack_from('<6f', data, 5)
+        at = 29
+        counts = []
+        for _ in range(8):
+            value, at, good = varint(data, at)
+            if not good:
+                raise Error(TRUNCATED if at == len(data) else CORRUPT)
+            counts.append(value)
+        (self.patch_count, self.mask_pixels, self.boundary_nodes, self.vertex_count, self.triangle_count,
+         table, coefficients, seams) = counts
+        if (self.flags & ~1 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
+                or not f32(1e-30) <= self.scale <= f32(1e30) or not 1 <= self.spacing <= 1 << 20
+                or not 1 / 64 <= self.step <= 1 << 20 or self.patch_count == 0
+                or self.boundary_nodes > self.mask_pixels or self.mask_pixels < 3):
+            raise Error(CORRUPT)
+        if (self.patch_count > max_patches or self.mask_pixels > max_pixels or self.vertex_count > max_vertices
+                or self.mask_pixels > max_vertices):
+            raise Error(LIMIT)
+        if self.patch_count > table:
+            raise Error(CORRUPT)
+        if table > len(data) - at:
+            raise Error(TRUNCATED)
+        self.table = data[at:at + table]
+        at += table
+        left = len(data) - at
+        self.cut = coefficients + seams > left
+        if coefficients + seams < left:
+            raise Error(CORRUPT)
+        self.coefficients = data[at:at + coefficients]
+        self.coefficients_cut = coefficients > left
+        self.seams = None if self.cut else data[at + coefficients:]
+
+
+def varint(data, at):
+    value = 0
+    for i in range(5):
+        if at == len(data):
+            return 0, at, False
+        byte = data[at]
+        at += 1
+        if i == 4 and byte > 15:
+            return 0, at, False
+        value |= (byte & 127) << 7 * i
+        if byte < 128:
+            return value, at, True
+    return 0, at, False
+
+
+# --- 3 Range decoder, 4 Models ---
+
+class Coder:
+    def __init__(self, data, cut=False):
+        self.data, self.at, self.cut, self.missing = data, 0, cut, False
+        self.range, self.code = 0xffffffff, 0
+        for _ in range(4):
+            self.code = self.code << 8 | self.byte()
+
+    def byte(self):
+        if self.at < len(self.data):
+            self.at += 1
+            return self.data[self.at - 1]
+        self.missing = True
+        return 0
+
+    def exhausted(self):
+        return self.cut and self.missing
+
+    def bit(self, p):
+        bound = (self.range >> 16) * p
+        if self.code < bound:
+            self.range, b = bound, 1
+        else:
+            self.code -= bound
+            self.range -= bound
+            b = 0
+        while self.range < 1 << 24:
+            self.range <<= 8
+            self.code = (self.code << 8 & 0xffffffff) | self.byte()
+        return b
+
+    def raw(self):
+        return self.bit(32768)
+
+    def adaptive(self, m, limit):
+        b = self.bit(p16(m))
+        update(m, limit, b)
+        return b
+
+    def golomb(self, models):
+        n = 0
+        while n < 20 and self.adaptive(models[min(n, 19)], 255):
+            n += 1
+        v = 1
+        for i in range(n - 1, -1, -1):
+            v = 2 * v + (self.adaptive(models[20 + min(i, 19)], 255) if i == n - 1 else self.raw())
+        return v - 1
+
+    def signed(self, models):
+        z = self.golomb(models)
+        return -(z >> 1) - 1 if z & 1 else z >> 1
+
+    def mixed(self, m, w, limit, rate):
+        s = [STRETCH[p16(one) >> 4] for one in m]
+        p12 = squash(clamp(sum(a * b for a, b in zip(w, s)) >> 16, 2047))
+        b = self.bit(p12 * 16)
+        e = (b * 4096 - p12) * 16
+        for i, one in enumerate(m):
+            w[i] = clamp(w[i] + (s[i] * e + (1 << rate - 1) >> rate), 1 << 24)
+            update(one, limit, b)
+        return b
+
+
+def fresh():
+    return [1 << 21, 0]
+
+
+def guess(p, n):
+    return [p * 64, n]
+
+
+def fresh_set():
+    return [fresh() for _ in range(40)]
+
+
+def p16(m):
+    return max(32, min(65504, m[0] >> 6))
+
+
+def update(m, limit, b):
+    m[0] += ((1 << 22) - 1 - m[0] if b else -m[0]) * (655360 // (10 * m[1] + 16)) >> 16
+    if m[1] < limit:
+        m[1] += 1
+
+
+KNOT = TABLES['logistic_knots']
+
+
+def squash(x):
+    j, k = x & 127, (x >> 7) + 16
+    return KNOT[k] * (128 - j) + KNOT[k + 1] * j + 64 >> 7
+
+
+def make_stretch():
+    table = []
+    for x in range(-2047, 2048):
+        while len(table) <= squash(x):
+            table.append(x)
+    return table + [2047] * (4096 - len(table))
+
+
+STRETCH = make_stretch()
+
+
+# --- 5 Patch table ---
+
+class Patch:
+    pass
+
+
+def power(i):
+    return (1.0, 1.189207115002721, 1.4142135623730951, 1.681792830507429)[i & 3] * 2.0 ** (i >> 2)
+
+
+def read_table(stream, coder, limits):
+    sets = {name: fresh_set() for name in ('width', 'height', 'x0', 'y0', 'z0', 'spacing', 'step')}
+    patches = []
+    pixels = planes = 0
+    for i in range(stream.patch_count):
+        p = Patch()
+        raw8 = lambda: sum(coder.raw() << k for k in range(7, -1, -1)) - 127
+        p.u = raw8()
+        p.v = raw8()
+        spacing_index = coder.golomb(sets['spacing'])
+        step_index = coder.signed(sets['step'])
+        p.width = 1 + coder.golomb(sets['width'])
+        p.height = 1 + coder.golomb(sets['height'])
+        p.x0, p.y0, p.z0 = (coder.signed(sets[k]) for k in ('x0', 'y0', 'z0'))
+        if p.u > 127 or p.v > 127 or spacing_index > 63 or abs(step_index) > 31 or max(p.width, p.height) > 1 << 15:
+            raise Error(CORRUPT)
+        p.spacing = f32(stream.spacing * power(-spacing_index))
+        p.step = f32(stream.step * power(step_index))
+        pixels += p.width * p.height
+        planes += sum((w + 4) * (h + 4) for w, h in sizes(p.width, p.height).values())
+        if pixels > limits[1] or planes > 8 * limits[1] + 640 * (i + 1):
+            raise Error(LIMIT)
+        patches.append(p)
+    if stream.mask_pixels > pixels:
+        raise Error(CORRUPT)
+    return patches
+
+
+# --- 6 Masks ---
+
+C4 = ((-1, 0), (0, -1), (1, -1), (-1, -1))
+C10 = ((-1, 0), (-2, 0), (-2, -1), (-1, -1), (0, -1), (1, -1), (2, -1), (-1, -2), (0, -2), (1, -2))
+C16 = C10 + ((-3, 0), (3, -1), (-3, -1), (2, -2), (-2, -2), (0, -3))
+C22 = C16 + ((-4, 0), (4, -1), (1, -3), (-1, -3), (3, -2), (-3, -2))
+
+
+class Lazy(dict):
+    """A table of which few entries are ever used."""
+
+    def __init__(self, make):
+        super().__init__()
+        self.make = make
+
+    def __missing__(self, key):
+        self[key] = value = self.make(key)
+        return value
+
+
+class MaskModels:
+    def __init__(self):
+        self.t4, self.t10, self.t16, self.t22 = (Lazy(lambda _: fresh()) for _ in range(4))
+        self.weights = Lazy(lambda _: [23000] * 4)
+
+
+def read_mask(coder, models, width, height):
+    rows = [[0] * (width + 8) for _ in range(height + 3)]
+    for y in range(height):
+        for x in range(width):
+            def context(pixels):
+                return sum(rows[y + 3 + dy][x + 4 + dx] << i for i, (dx, dy) in enumerate(pixels))
+            c16 = context(C16)
+            if c16 in (0, 65535):
+                b = coder.adaptive(models.t16[c16], 1000)
+            else:
+                c10, c22 = context(C10), context(C22)
+                m = (models.t4[context(C4)], models.t10[c10], models.t16[c16],
+                     models.t22[(c22 * 0x9E3779B1 & 0xffffffff) >> 16])
+                b = coder.mixed(m, models.weights[c10], 400, 14)
+            rows[y + 3][x + 4] = b
+    return [row[4:4 + width] for row in rows[3:]]
+
+
+# --- 7 Bands ---
+
+LEVELS = 5
+
+
+def sizes(w, h):
+    """By ('low', l) and (type, l)."""
+    all = {('low', 0): (w, h)}
+    for l in range(LEVELS):
+        all[0, l] = (w // 2, (h + 1) // 2)
+        all[1, l] = ((w + 1) // 2, h // 2)
+        all[2, l] = (w // 2, h // 2)
+        w, h = (w + 1) // 2, (h + 1) // 2
+        all['low', l + 1] = (w, h)
+    return all
+
+
+class Plane:
+    """Values by (x, y), with a margin of zeros."""
+
+    def __init__(self, width, height, rows=None):
+        self.width, self.height = width, height
+        self.rows = rows or [[0] * width for _ in range(height)]
+
+    def __call__(self, x, y):
+        return self.rows[y][x] if 0 <= x < self.width and 0 <= y < self.height else 0
+
+
+def even(s):
+    at = lambda i: s[i] if i < len(s) else 0
+    return [int(at(2 * k) or (at(2 * k + 1) and not at(2 * k + 2))) for k in range((len(s) + 1) // 2)]
+
+
+def odd(s):
+    at = lambda i: s[i] if i < len(s) else 0
+    return [int(s[2 * k + 1] and (at(2 * k) or at(2 * k + 2))) for k in range(len(s) // 2)]
+
+
+def columns(rows, width):
+    return [[row[x] for row in rows] for x in range(width)]
+
+
+def transposed(cols, height):
+    return [[col[y] for col in cols] for y in range(height)]
+
+
+def make_masks(patch):
+    size = sizes(patch.width, patch.height)
+    patch.halves = {}
+    for l in range(LEVELS):
+        s = patch.mask['low', l]
+        lo = [even(row) for row in s.rows]
+        hi = [odd(row) for row in s.rows]
+        patch.halves[l] = lo, hi
+        lo_columns, hi_columns = columns(lo, (s.width + 1) // 2), columns(hi, s.width // 2)
+        for key, cols, way in ((('low', l + 1), lo_columns, even), ((1, l), lo_columns, odd),
+                               ((0, l), hi_columns, even), ((2, l), hi_columns, odd)):
+            w, h = size[key]
+            patch.mask[key] = Plane(w, h, transposed([way(c) for c in cols], h))
+
+
+# --- 8 Coefficients ---
+
+WEIGHTS = TABLES['activity_weights']
+
+
+class CoefficientModels:
+    def __init__(self):
+        self.low_zero = [fresh(), fresh()]
+        self.low = [fresh_set(), fresh_set()]
+        self.zero = Lazy(lambda key: guess(TABLES['first_nonzero'][key[0]], 12))
+        self.zero_near, self.greater_near, self.sign = (Lazy(lambda _: fresh()) for _ in range(3))
+        self.greater = Lazy(lambda key: guess(256 * TABLES['first_greater'][key[0]][min(key[2], 3) - 1], 12))
+        self.zero_weights, self.greater_weights = (Lazy(lambda _: [46000, 18000]) for _ in range(2))
+        self.tail = [fresh_set() for _ in range(3)]
+
+
+class Exhausted(Exception):
+    pass
+
+
+def read_low(coder, models, patch):
+    q, m = patch.q['low', LEVELS], patch.mask['low', LEVELS]
+    for y in range(q.height):
+        for x in range(q.width):
+            if not m(x, y):
+                continue
+            W, N, NW = q(x - 1, y), q(x, y - 1), q(x - 1, y - 1)
+            if m(x - 1, y) and m(x, y - 1):
+                prediction = quotient(3 * (W + N) - 2 * NW, 4) if m(x - 1, y - 1) else quotient(W + N, 2)
+            else:
+                prediction = next((q(*n) for n in ((x - 1, y), (x, y - 1), (x + 1, y - 1), (x - 1, y - 1)) if m(*n)), 0)
+            c = 1 if m(x - 1, y) or m(x, y - 1) else 0
+            r = 0
+            if coder.adaptive(models.low_zero[c], 255):
+                negative = coder.raw()
+                k = 1 + coder.golomb(models.low[c])
+                r = -k if negative else k
+            if coder.exhausted():
+                raise Exhausted
+            q.rows[y][x] = clamp(prediction + r, 1 << 26)
+
+
+def activity_class(e):
+    if e < 2:
+        return e
+    o = e.bit_length() - 1
+    return min(19, 2 * o + (e >> o - 1 & 1))
+
+
+def sgn(v):
+    return (v > 0) - (v < 0)
+
+
+def read_band(coder, models, patch, l, t):
+    q, m, k = patch.q[t, l], patch.mask[t, l], WEIGHTS[t]
+    s = min(l, 2)
+
+    def around(plane, x, y, weights):
+        here, across, down = weights
+        return (here * abs(plane(x, y)) + across * (abs(plane(x - 1, y)) + abs(plane(x + 1, y)))
+                + down * (abs(plane(x, y - 1)) + abs(plane(x, y + 1))))
+
+    for y in range(q.height):
+        for x in range(q.width):
+            if not m(x, y):
+                continue
+            W, N = q(x - 1, y), q(x, y - 1)
+            A = {'W': abs(W), 'N': abs(N), 'NW': abs(q(x - 1, y - 1)), 'NE': abs(q(x + 1, y - 1)),
+                 'WW': abs(q(x - 2, y)), 'NN': abs(q(x, y - 2))}
+            e = sum(k[name] * A[name] for name in A)
+            if l < LEVELS - 1:
+                up = patch.q[t, l + 1]
+                if up.width and up.height:
+                    e += around(up, min(x // 2, up.width - 1), min(y // 2, up.height - 1), k['parent'])
+            for i in range(t):
+                sibling = patch.q[i, l]
+                if x < sibling.width and y < sibling.height:
+                    e += around(sibling, x, y, k['siblings'][i])
+            edge = m(x - 1, y) + m(x + 1, y) + m(x, y - 1) + m(x, y + 1) + m(x + 1, y - 1) < 5
+            e = min(e, 1 << 22)
+            if edge:
+                e = e * 205 >> 6
+            activity = activity_class(e >> 2)
+            near = (min(A['W'], 3) + 4 * min(A['N'], 3) + 16 * min(A['NW'], 1) + 32 * min(A['NE'], 1)
+                    + 64 * min(A['WW'] + A['NN'], 3))
+            sign_context = 3 * sgn(N) + sgn(W) + 4
+
+            def coded(first, second, w):
+                return coder.adaptive(first, 255) if activity == 0 else coder.mixed((first, second), w, 255, 15)
+
+            if not coded(models.zero[activity, t, s, edge], models.zero_near[near, t], models.zero_weights[activity]):
+                continue
+            negative = coder.adaptive(models.sign[t, sign_context], 255)
+            n = 1
+            while n < 15 and coded(models.greater[activity, s, n], models.greater_near[near % 64, t, n],
+                                   models.greater_weights[activity, min(n, 5) - 1]):
+                n += 1
+            if n == 15:
+                n += coder.golomb(models.tail[t])
+            q.rows[y][x] = -n if negative else n
+        if coder.exhausted():
+            q.rows[y] = [0] * q.width
+            raise Exhausted
+
+
+def read_coefficients(coder, patches):
+    models = CoefficientModels()
+    for p in patches:
+        p.q = {key: Plane(w, h) for key, (w, h) in sizes(p.width, p.height).items()}
+    try:
+        for p in patches:
+            read_low(coder, models, p)
+        for l in range(LEVELS - 1, -1, -1):
+            for p in patches:
+                for t in range(3):
+                    read_band(coder, models, p, l, t)
+    except Exhausted:
+        pass
+
+
+# --- 9 Heights ---
+
+LIFT = [f32(float(x)) for x in TABLES['lifting']]
+LOW_SCALE = f32(float(TABLES['low_scale']))
+HIGH_SCALE = f32(1 / LOW_SCALE)
+SQRT_HALF = f32(0.70710678)
+BIAS = f32(0.03)
+
+
+def value(q, d):
+    return 0.0 if q == 0 else f32(f32(f32(float(q)) - BIAS if q > 0 else f32(float(q)) + BIAS) * d)
+
+
+def lift(v, mask):
+    """All segments of a line, in place."""
+    x = 0
+    while x < len(v):
+        if not mask[x]:
+            x += 1
+            continue
+        begin = x
+        while x < len(v) and mask[x]:
+            x += 1
+        if x - begin == 1:
+            v[begin] = f32(v[begin] * SQRT_HALF)
+        else:
+            lift_segment(v, begin, x)
+
+
+def lift_segment(v, begin, end):
+    for x in range(begin, end):
+        v[x] = f32(v[x] * (LOW_SCALE if x & 1 else HIGH_SCALE))
+    for i in (3, 2, 1, 0):
+        for x in range(begin + ((begin ^ (i + 1)) & 1), end, 2):
+            def neighbour(way):
+                if begin <= x + way < end:
+                    return v[x + way]
+                a = v[x - way]
+                if i == 3 or not begin <= x - 3 * way < end:
+                    return a
+                return f32(a + f32(a - v[x - 3 * way]))
+            v[x] = f32(v[x] + f32(-LIFT[i] * f32(neighbour(-1) + neighbour(1))))
+
+
+def alone(mask, x):
+    return not (x > 0 and mask[x - 1]) and not (x + 1 < len(mask) and mask[x + 1])
+
+
+def merged(low, high, mask):
+    """A line from its two halves, lifted."""
+    v = [0.0] * len(mask)
+    for x, inside in enumerate(mask):
+        if inside:
+            v[x] = high[x // 2] if x & 1 and not alone(mask, x) else low[x // 2]
+    lift(v, mask)
+    return v
+
+
+def heights(patch):
+    D = patch.step
+    low = [[value(q, D) for q in row] for row in patch.q['low', LEVELS].rows]
+    for l in range(LEVELS - 1, -1, -1):
+        d_high = f32(D * f32((1.35, 1.0)[l] if l < 2 else 1.0))
+        d_both = f32(D * f32((1.8, 1.1)[l] if l < 2 else 1.0))
+        HL = [[value(q, d_high) for q in row] for row in patch.q[0, l].rows]
+        LH = [[value(q, d_high) for q in row] for row in patch.q[1, l].rows]
+        HH = [[value(q, d_both) for q in row] for row in patch.q[2, l].rows]
+        mask = patch.mask['low', l]
+        halves = []
+        for (even_rows, odd_rows), half, width in (((low, LH), patch.halves[l][0], (mask.width + 1) // 2),
+                                                   ((HL, HH), patch.halves[l][1], mask.width // 2)):
+            cols = [merged(a, b, m) for a, b, m in
+                    zip(columns(even_rows, width), columns(odd_rows, width), columns(half, width))]
+            halves.append(transposed(cols, mask.height))
+        low = [merged(a, b, m) for a, b, m in zip(halves[0], halves[1], mask.rows)]
+    return low
+
+
+# --- 10 Vertices ---
+
+def frame(u, v):
+    k = 1.0 / 127
+    x, y = u * k, v * k
+    z = 1 - abs(x) - abs(y)
+    if z < 0:
+        x, y = (1 - abs(y)) * (-1 if x < 0 else 1), (1 - abs(x)) * (-1 if y < 0 else 1)
+    l = math.sqrt(x * x + y * y + z * z)
+    n = (x / l, y / l, z / l)
+    c = cross(n, (1.0, 0.0, 0.0) if abs(n[0]) < 0.7 else (0.0, 1.0, 0.0))
+    m = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    e1 = (c[0] / m, c[1] / m, c[2] / m)
+    return e1, cross(n, e1), n
+
+
+def lattice(v):
+    if not v > -(1 << 20):
+        return -(1 << 20)
+    if v > 1 << 20:
+        return 1 << 20
+    return int(f32(f32(v + 2097152.0) + 0.5)) - 2097152
+
+
+class Mesh:
+    def __init__(self):
+        self.positions, self.triangles = [], []
+
+
+def add_vertices(patch, z, mesh):
+    s = patch.spacing
+    e1, e2, normal = frame(patch.u, patch.v)
+    a = [f32(f32(c) * s) for c in e1]
+    b = [f32(f32(c) * s) for c in e2]
+    n = [f32(c) for c in normal]
+    o = [f32(c * f32(float(patch.z0) * s)) for c in n]
+    patch.vertex, patch.h = {}, {}
+    for y in range(patch.height):
+        fy = float(patch.y0 + y)
+        for x in range(patch.width):
+            if not patch.mask['low', 0](x, y):
+                continue
+            fx = float(patch.x0 + x)
+            patch.vertex[x, y] = len(mesh.positions)
+            patch.h[x, y] = lattice(z[y][x])
+            mesh.positions.append([
+                lattice(f32(f32(f32(o[i] + f32(fy * b[i])) + f32(fx * a[i])) + f32(z[y][x] * n[i]))) for i in range(3)])
+
+
+# --- 11 Meshing a patch ---
+
+class Node:
+    pass
+
+
+def mesh_patch(patch, mesh, nodes, most_nodes):
+    mask, vertex, h = patch.mask['low', 0], patch.vertex, patch.h
+    cells = [(x, y) for y in range(patch.height - 1) for x in range(patch.width - 1)
+             if mask(x, y) + mask(x + 1, y) + mask(x, y + 1) + mask(x + 1, y + 1) >= 3]
+    covered = set(cells)
+    for x, y in vertex:
+        if not {(x, y), (x - 1, y), (x, y - 1), (x - 1, y - 1)} & covered:
+            raise Error(CORRUPT)
+    for x, y in cells:
+        a, b, c, d = (vertex.get(p) for p in ((x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)))
+        if a is None:
+            mesh.triangles.append((b, d, c))
+        elif b is None:
+            mesh.triangles.append((a, d, c))
+        elif c is None:
+            mesh.triangles.append((a, b, d))
+        elif d is None:
+            mesh.triangles.append((a, b, c))
+        elif main_diagonal(h, x, y):
+            mesh.triangles += [(a, b, d), (a, d, c)]
+        else:
+            mesh.triangles += [(a, b, c), (b, d, c)]
+    piece = {}
+    for cell in cells:
+        if cell in piece:
+            continue
+        piece[cell] = cell
+        reached = [cell]
+        for x, y in reached:
+            for other, p, p2 in (((x - 1, y), (x, y), (x, y + 1)), ((x + 1, y), (x + 1, y), (x + 1, y + 1)),
+                                 ((x, y - 1), (x, y), (x + 1, y)), ((x, y + 1), (x, y + 1), (x + 1, y + 1))):
+                if other in covered and other not in piece and p in vertex and p2 in vertex:
+                    piece[other] = cell
+                    reached.append(other)
+    at_pixel = {}
+
+    def node_at(pixel, cell):
+        if pixel not in at_pixel:
+            if len(nodes) == most_nodes:
+                raise Error(CORRUPT)
+            n = Node()
+            n.vertex, n.patch, n.pixel, n.piece = vertex[pixel], patch, pixel, (id(patch), piece[cell])
+            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing)
+            n.normal = node_normal(pixel, covered, vertex, mesh.positions)
+            n.next = n.prev = None
+            n.number = at_pixel[pixel] = len(nodes)
+            nodes.append(n)
+        return nodes[at_pixel[pixel]]
+
+    for x, y in cells:
+        a, b, c, d = (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)
+        sides = [(p, q) for p, q, across in ((a, b, (x, y - 1)), (b, d, (x + 1, y)), (d, c, (x, y + 1)), (c, a, (x - 1, y)))
+                 if p in vertex and q in vertex and across not in covered]
+        for missing, side in ((a, (c, b)), (b, (a, d)), (c, (d, a)), (d, (b, c))):
+            if missing not in vertex:
+                sides.append(side)
+        for p, q in sides:
+            u, v = node_at(p, (x, y)), node_at(q, (x, y))
+            if u.next is not None or v.prev is not None:
+                raise Error(CORRUPT)
+            u.next, v.prev = v.number, u.number
+
+
+def main_diagonal(h, x, y):
+    corners = [(x - 1, y - 1), (x + 2, y - 1), (x - 1, y + 2), (x + 2, y + 2)]
+    if not all(p in h for p in corners):
+        return True
+    main, anti = h[x, y] + h[x + 1, y + 1], h[x + 1, y] + h[x, y + 1]
+    estimate = 9 * (main + anti) - sum(h[p] for p in corners)
+    return not abs(16 * main - estimate) > abs(16 * anti - estimate)
+
+
+QUARTERS = (((0, 0), ((1, 0), (1, 1), (0, 1))), ((-1, 0), ((0, 1), (-1, 1), (-1, 0))),
+            ((-1, -1), ((-1, 0), (-1, -1), (0, -1))), ((0, -1), ((0, -1), (1, -1), (1, 0))))
+
+
+def node_normal(pixel, covered, vertex, positions):
+    x, y = pixel
+    total = (0, 0, 0)
+    for (cx, cy), ring in QUARTERS:
+        if (x + cx, y + cy) not in covered:
+            continue
+        spokes = [minus(positions[vertex[x + dx, y + dy]], positions[vertex[pixel]])
+                  for dx, dy in ring if (x + dx, y + dy) in vertex]
+        for p, p2 in zip(spokes, spokes[1:]):
+            total = tuple(s + c for s, c in zip(total, cross(p, p2)))
+    return unit(total)
+
+
+# --- 12 Closing the gaps ---
+
+class Link:
+    def __init__(self, a, b, rank, kind):
+        self.a, self.b, self.rank, self.kind, self.inside = a, b, rank, kind, False
+
+    def other(self, v):
+        return self.b if v == self.a else self.a
+
+
+class Gaps:
+    def __init__(self, nodes, S, closed, seams, mesh):
+        self.nodes, self.S, self.closed, self.seams, self.mesh = nodes, S, closed, seams, mesh
+        self.at = 0
+        self.loops()
+        self.partners()
+        self.make_links()
+        self.sort_slots()
+        self.put_links_in()
+        self.close_faces()
+
+    def square(self, a, b):
+        d = minus(self.nodes[a].position, self.nodes[b].position)
+        return dot(d, d)
+
+    def dist(self, a, b):
+        return root(self.square(a, b))
+
+    def neighbouring(self, a, b):
+        a, b = self.nodes[a], self.nodes[b]
+        return a.patch is b.patch and abs(a.pixel[0] - b.pixel[0]) <= 1 and abs(a.pixel[1] - b.pixel[1]) <= 1
+
+    def loops(self):  # 12.1
+        self.loop = []
+        for first in self.nodes:
+            if hasattr(first, 'loop'):
+                continue
+            members, v = [], first
+            while not hasattr(v, 'loop'):
+                v.loop, v.place = len(self.loop), len(members)
+                members.append(v.number)
+                v = self.nodes[v.next]
+            self.loop.append(members)
+        for v in self.nodes:
+            v.outward = unit(cross(minus(self.nodes[v.next].position, self.nodes[v.prev].position), v.normal))
+
+    def partners(self):  # 12.2, 12.3
+        nodes = self.nodes
+        size = 2 * (sum(v.spacing for v in nodes) // len(nodes))
+        self.g = next((g for g in range(20) if 1 << g >= size), 20)
+        self.buckets = 1
+        while self.buckets < len(nodes):
+            self.buckets *= 2
+        self.grid = {}
+        for v in nodes:
+            if v.place % 3 == 0:
+                self.grid.setdefault(self.bucket(*(c >> self.g for c in v.position)), []).append(v.number)
+        self.nearest, self.distance = {}, {}
+        for members in self.loop:
+            near = None
+            for v in members:
+                self.partner(v, near)
+                near = self.nearest[v]
+
+    def bucket(self, X, Y, Z):
+        return (X * 73856093 ^ Y * 19349663 ^ Z * 83492791) & 0xffffffff & self.buckets - 1
+
+    def facing(self, v, u, d2):
+        nv, nu = self.nodes[v], self.nodes[u]
+        total = nv.spacing + nu.spacing
+        reach = total * 7 // 4
+        if d2 > reach * reach or self.neighbouring(v, u):
+            return None
+        if nv.loop == nu.loop:
+            k = abs(nv.place - nu.place)
+            if min(k, len(self.loop[nv.loop]) - k) < 5:
+                return None
+        d = minus(nu.position, nv.position)
+        length = root(d2) * 4096
+        turned = dot(nv.normal, nu.normal) * 10 < -3 * 4096 * 4096
+        slack = total * 4096 // 4 if turned else length * 3 // 20
+        if dot(d, nv.outward) < -slack or dot(d, nu.outward) > slack:
+            return None
+        if turned:
+            return 4 * d2
+        if abs(dot(d, nv.normal)) * 10 > 9 * length and abs(dot(d, nu.normal)) * 10 > 9 * length:
+            return 9 * d2
+        return d2
+
+    def worse(self, u, d2):
+        return d2 > self.best or (d2 == self.best and self.found is not None and u >= self.found)
+
+    def consider(self, v, u):
+        d2 = self.square(v, u)
+        if u == v or self.worse(u, d2):
+            return
+        d2 = self.facing(v, u, d2)
+        if d2 is None or self.worse(u, d2):
+            return
+        self.best, self.found = d2, u
+
+    def follow(self, v, start):
+        self.consider(v, start)
+        for way in ('prev', 'next'):
+            u, vain = start, 0
+            for _ in range(16):
+                if vain == 2:
+                    break
+                u = getattr(self.nodes[u], way)
+                found = self.found
+                self.consider(v, u)
+                vain = vain + 1 if self.found == found else 0
+
+    def cube(self, v, radius):
+        low, high = ([c + s * radius >> self.g for c in self.nodes[v].position] for s in (-1, 1))
+        for Z in range(low[2], high[2] + 1):
+            for Y in range(low[1], high[1] + 1):
+                for X in range(low[0], high[0] + 1):
+                    self.visits += 1
+                    if self.visits > 4096:
+                        return
+                    for u in self.grid.get(self.bucket(X, Y, Z), ()):
+                        self.visits += 1
+                        if self.visits > 4096:
+                            return
+                        self.consider(v, u)
+
+    def partner(self, v, near):
+        spacing = self.nodes[v].spacing
+        most = (spacing + self.S) * 7 // 4 + 1
+        self.best, self.found, self.visits = most * most, None, 0
+        if near is not None:
+            self.follow(v, near)
+        if self.found is None or 16 * self.best > 9 * (spacing + self.nodes[self.found].spacing) ** 2:
+            followed = self.found
+            radius = 2 * spacing + 1 if followed is None else root(self.best) + 1
+            while True:
+                radius = min(radius, most)
+                if followed is None:
+                    self.best = radius * radius
+                self.cube(v, radius)
+                if self.found is not None or radius == most or self.visits > 4096:
+                    break
+                radius *= 2
+            if self.found != followed:
+                self.follow(v, self.found)
+        self.nearest[v], self.distance[v] = self.found, root(self.best)
+
+    def add_link(self, a, b, length, kind):  # 12.4
+        if len(self.links) == 2 * len(self.nodes) or max(len(self.slots[a]), len(self.slots[b])) == 16:
+            return
+        link = Link(a, b, min(65535, length * 4096 // (self.S + 1)), kind)
+        self.links.append(link)
+        self.slots[a].append(link)
+        self.slots[b].append(link)
+
+    def make_links(self):
+        self.links, self.slots = [], [[] for _ in self.nodes]
+        for v in range(len(self.nodes)):
+            u = self.nearest[v]
+            if u is not None and not (self.nearest[u] == v and u < v):
+                self.add_link(v, u, self.distance[v], 'plain')
+        if self.seams is None:
+            return
+        for kind in 'dropped', 'handle':  # 12.5
+            for number in self.numbers():
+                if number >= len(self.links):
+                    raise Error(CORRUPT)
+                self.links[number].kind = kind
+        for a in self.numbers():
+            ahead = self.varint()
+            if ahead == 0 or a + ahead >= len(self.nodes):
+                raise Error(CORRUPT)
+            b = a + ahead
+            if not self.neighbouring(a, b) and self.nearest[a] != b and self.nearest[b] != a:
+                self.add_link(a, b, self.dist(a, b), 'handle')
+
+    def varint(self):
+        if self.at == len(self.seams):
+            return 0
+        value, self.at, good = varint(self.seams, self.at)
+        if not good:
+            raise Error(CORRUPT)
+        return value
+
+    def numbers(self):
+        number = -1
+        while True:
+            d = self.varint()
+            if d == 0:
+                return
+            number += d
+            if number > (1 << 32) - 2:
+                raise Error(CORRUPT)
+            yield number
+
+    def sort_slots(self):  # 12.6
+        for v, slots in enumerate(self.slots):
+            angles = {id(link): self.angle(v, link.other(v)) for link in slots}
+            ordered = []
+            for link in slots:
+                j = len(ordered)
+                while j > 0 and self.before(link.other(v), angles[id(link)], ordered[j - 1].other(v),
+                                            angles[id(ordered[j - 1])]):
+                    j -= 1
+                ordered.insert(j, link)
+            self.slots[v] = ordered
+
+    def angle(self, v, x):
+        n = self.nodes[v]
+        d = minus(self.nodes[x].position, n.position)
+        inward = tuple(-c for c in n.outward)
+        c, s = dot(inward, d) * 4096, dot(cross(inward, d), n.normal)
+        while abs(c) >= 1 << 30 or abs(s) >= 1 << 30:
+            c, s = quotient(c, 2), quotient(s, 2)
+        return c, s
+
+    def ahead(self, p, q):
+        p, q = self.nodes[p], self.nodes[q]
+        if p.loop != q.loop:
+            return False
+        length = len(self.loop[p.loop])
+        k = (q.place - p.place) % length
+        return k <= 16 and k < length // 2
+
+    def before(self, x, angle_x, y, angle_y):
+        if self.ahead(y, x):
+            return True
+        if self.ahead(x, y):
+            return False
+        (c, s), (c2, s2) = angle_x, angle_y
+        h, h2 = s < 0 or (s == 0 and c < 0), s2 < 0 or (s2 == 0 and c2 < 0)
+        return not h if h != h2 else c * s2 - s * c2 > 0
+
+    # A corner is a node and a link, or None for the border.
+    def last_before(self, v, i):
+        return next((link for link in reversed(self.slots[v][:i]) if link.inside), None)
+
+    def after(self, corner):
+        v, link = corner
+        if link is None:
+            u = self.nodes[v].prev
+            return u, self.last_before(u, len(self.slots[u]))
+        u = link.other(v)
+        return u, self.last_before(u, self.slots[u].index(link))
+
+    def rim(self, corner):
+        corners = [corner]
+        while True:
+            c = self.after(corners[-1])
+            if c == corner:
+                return corners
+            corners.append(c)
+
+    def put_links_in(self):  # 12.7
+        order = sorted(range(len(self.links)), key=lambda i: (self.links[i].rank, i))
+        self.steps = 320 * len(self.nodes)
+        parent = {}
+
+        def find(piece):
+            while piece in parent:
+                piece = parent[piece]
+            return piece
+
+        for kind in 'plain', 'handle', 'refused':
+            for i in order:
+                if self.steps <= 0:
+                    return
+                link = self.links[i]
+                if link.kind != kind:
+                    continue
+                a, b = max(link.a, link.b), min(link.a, link.b)
+                A = (a, self.last_before(a, self.slots[a].index(link)))
+                B = (b, self.last_before(b, self.slots[b].index(link)))
+                rim = self.rim(A)
+                piece_a, piece_b = find(self.nodes[a].piece), find(self.nodes[b].piece)
+                if B in rim:
+                    link.inside = True
+                    x, y = len(self.rim((a, link))), len(self.rim((b, link)))
+                elif piece_a == piece_b and link.kind != 'handle':
+                    link.kind = 'refused'
+                    continue
+                else:
+                    x, y = len(rim), len(self.rim(B))
+                    link.inside = True
+                    if piece_a != piece_b:
+                        parent[piece_a] = piece_b
+                link.kind = 'in'
+                self.steps -= 2 * min(x, y)
+
+    def close_faces(self):  # 12.8
+        self.diagonals = set()
+        self.left_open = set()
+        self.taken = set()
+        holes = self.numbers() if self.seams is not None else iter(())
+        self.hole = next(holes, None)
+        self.faces = 0
+        starts = [(v, None) for v in range(len(self.nodes))]
+        starts += [(v, link) for v, slots in enumerate(self.slots) for link in slots if link.inside]
+        for start in starts:
+            if start in self.taken:
+                continue
+            corners = self.rim(start)
+            self.taken.update(corners)
+            q = [v for v, _ in corners]
+            is_open = not self.closed and self.seams is None and len(q) > 12
+            if not self.closed and self.hole == self.faces and self.hole is not None:
+                is_open = True
+                self.hole = next_or_last(holes, self)
+            self.faces += 1
+            if is_open:
+                self.leave_open(q)
+            else:
+                self.close(q)
+        if self.late_error:
+            raise Error(CORRUPT)
+
+    late_error = False
+
+    def edge(self, a, b):
+        return (self.nodes[a].next == b or self.nodes[a].prev == b or self.neighbouring(a, b)
+                or any(link.inside and link.other(a) == b for link in self.slots[a]) or frozenset((a, b)) in self.diagonals)
+
+    def alignment(self, a, b, c):
+        position = lambda i: self.nodes[i].position
+        w = unit(cross(minus(position(c), position(b)), minus(position(a), position(b))))
+        if w == (0, 0, 0):
+            return -4096
+        return quotient(sum(dot(w, self.nodes[i].normal) for i in (a, b, c)), 3 * 4096)
+
+    def weigh(self, length, aligned):
+        cost = length * (40960 + 6 * (4096 - aligned)) // 10
+        return cost + 10 * self.S * (4096 - aligned) if aligned < 0 else cost
+
+    def triangle(self, a, b, c):
+        self.mesh.triangles.append(tuple(self.nodes[i].vertex for i in (a, b, c)))
+
+    def add_vertex(self, p):
+        self.mesh.positions.append(list(p))
+        return len(self.mesh.positions) - 1
+
+    def leave_open(self, q):  # 12.9
+        if len(set(q)) < len(q) or self.left_open & set(q):
+            self.ring(q)
+        else:
+            self.left_open |= set(q)
+
+    def close(self, q):
+        if len(q) < 3:
+            return
+        if len(q) == 3 and len(set(q)) == 3:
+            self.triangle(*q)
+            return
+        if 16 < len(q) <= 256:
+            self.ears(q)
+        if len(q) <= 16 and self.best_triangulation(q):
+            return
+        middle = [quotient(sum(self.nodes[i].position[k] for i in q), len(q)) for k in range(3)]
+        if len(set(q)) == len(q):
+            r = [self.nodes[i].vertex for i in q]
+        else:
+            r = self.ring(q)
+        centre = self.add_vertex(middle)
+        for i in range(len(r)):
+            self.mesh.triangles.append((r[i], r[(i + 1) % len(r)], centre))
+
+    def ears(self, q):
+        def cost_at(i):
+            a, b, c = q[i - 1], q[i], q[(i + 1) % len(q)]
+            if a == c or self.edge(a, c):
+                return math.inf
+            return self.weigh(self.dist(a, c), self.alignment(a, b, c))
+        cost = [cost_at(i) for i in range(len(q))]
+        while len(q) > 16:
+            best = cost.index(min(cost))
+            if cost[best] == math.inf:
+                return
+            a, b, c = q[best - 1], q[best], q[(best + 1) % len(q)]
+            if self.edge(a, c):
+                cost[best] = math.inf
+                continue
+            self.triangle(a, b, c)
+            self.diagonals.add(frozenset((a, c)))
+            del q[best], cost[best]
+            for i in (best, best - 1):
+                cost[i % len(q)] = cost_at(i % len(q))
+
+    def best_triangulation(self, q):
+        m = len(q)
+        best = {(i, i + 1): 0 for i in range(m - 1)}
+        at = {}
+        for span in range(2, m):
+            for i in range(m - span):
+                j = i + span
+                least = math.inf
+                if not (span + 1 < m and (q[i] == q[j] or self.edge(q[i], q[j]))):
+                    for k in range(i + 1, j):
+                        both = best[i, k] + best[k, j]
+                        if both == math.inf:
+                            continue
+                        cost = both + self.cost(q[i], q[k], q[j])
+                        if cost < least:
+                            least, at[i, j] = cost, k
+                best[i, j] = least
+        if best[0, m - 1] == math.inf:
+            return False
+        stack, parts = [(0, m - 1)], []
+        while stack:
+            i, j = stack.pop()
+            if j - i < 2:
+                continue
+            parts.append((i, j))
+            stack += [(i, at[i, j]), (at[i, j], j)]
+        diagonals = [frozenset((q[i], q[j])) for i, j in parts if (i, j) != (0, m - 1)]
+        if len(set(diagonals)) < len(diagonals):
+            return False
+        self.diagonals.update(diagonals)
+        for i, j in parts:
+            self.triangle(q[i], q[at[i, j]], q[j])
+        return True
+
+    def cost(self, a, b, c):
+        if len({a, b, c}) < 3:
+            return math.inf
+        return self.weigh(self.dist(a, b) + self.dist(b, c) + self.dist(c, a), self.alignment(a, b, c))
+
+    def ring(self, q):
+        m, r = len(q), []
+        for i in range(m):
+            node, before, after = (self.nodes[k] for k in (q[i], q[i - 1], q[(i + 1) % m]))
+            d = [before.position[k] + after.position[k] - 2 * node.position[k] for k in range(3)]
+            reach, length = node.spacing // 4, root(dot(d, d)) + 1
+            r.append(self.add_vertex(node.position[k] + (quotient(d[k] * reach, length) if length > reach else d[k])
+                                     for k in range(3)))
+        for i in range(m):
+            j = (i + 1) % m
+            u, v = self.nodes[q[i]].vertex, self.nodes[q[j]].vertex
+            self.mesh.triangles += [(u, v, r[i]), (v, r[j], r[i])]
+        return r
+
+
+def next_or_last(holes, gaps):
+    """The next number; a malformed one is an error only after all faces, as there may be no room for these."""
+    try:
+        return next(holes, None)
+    except Error:
+        gaps.late_error = True
+        return None
+
+
+# --- 13 Output ---
+
+def smooth(mesh, nodes):
+    others = {n.vertex: [] for n in nodes}
+    for t in mesh.triangles:
+        for k, v in enumerate(t):
+            if v in others:
+                others[v] += [t[k - 1], t[k - 2]]
+    moved = {}
+    for v, around in others.items():
+        if around:
+            mean = [quotient(sum(mesh.positions[u][i] for u in around), len(around)) for i in range(3)]
+            moved[v] = [p + quotient(m - p, 3) for p, m in zip(mesh.positions[v], mean)]
+    for v, p in moved.items():
+        mesh.positions[v] = p
+
+
+def output(stream, mesh):
+    P = [[float(c) for c in p] for p in mesh.positions]
+    normals = [[0.0, 0.0, 0.0] for _ in P]
+    for t in mesh.triangles:
+        u = [f32(P[t[1]][i] - P[t[0]][i]) for i in range(3)]
+        v = [f32(P[t[2]][i] - P[t[0]][i]) for i in range(3)]
+        for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+            n = f32(f32(u[i] * v[j]) - f32(u[j] * v[i]))
+            for corner in t:
+                normals[corner][k] = f32(normals[corner][k] + n)
+    for n in normals:
+        s = f32(f32(f32(n[0] * n[0]) + f32(n[1] * n[1])) + f32(n[2] * n[2]))
+        if s > 0:
+            l = f32(math.sqrt(s))
+            n[:] = [f32(c / l) for c in n]
+        else:
+            n[2] = 1.0
+    placed = [f32(o + stream.scale * c) for p in P for o, c in zip(stream.origin, p)]
+    flat = [c for n in normals for c in n]
+    indices = [i for t in mesh.triangles for i in t]
+    return (struct.pack('<%df' % len(placed), *placed) + struct.pack('<%df' % len(flat), *flat)
+            + struct.pack('<%dI' % len(indices), *indices))
+
+
+def decode(data, limits=(1 << 20, 1 << 28, 1 << 27), smoothed=False):
+    stream = Stream(data, limits)
+    coder = Coder(stream.table)
+    patches = read_table(stream, coder, limits)
+    most_vertices = stream.mask_pixels + 7 * stream.boundary_nodes
+    most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes
+    if max(most_vertices, most_triangles) > 0xffffffff:
+        raise Error(LIMIT)
+    if stream.vertex_count > most_vertices or stream.triangle_count > most_triangles:
+        raise Error(CORRUPT)
+    mask_models = MaskModels()
+    for p in patches:
+        p.mask = {('low', 0): Plane(p.width, p.height, read_mask(coder, mask_models, p.width, p.height))}
+        make_masks(p)
+    if sum(sum(map(sum, p.mask['low', 0].rows)) for p in patches) != stream.mask_pixels:
+        raise Error(CORRUPT)
+    read_coefficients(Coder(stream.coefficients, stream.coefficients_cut), patches)
+    mesh, nodes = Mesh(), []
+    for p in patches:
+        add_vertices(p, heights(p), mesh)
+        mesh_patch(p, mesh, nodes, stream.boundary_nodes)
+    if len(nodes) != stream.boundary_nodes:
+        raise Error(CORRUPT)
+    if nodes:
+        Gaps(nodes, int(max(p.spacing for p in patches)), bool(stream.flags & 1), stream.seams, mesh)
+    if smoothed:
+        smooth(mesh, nodes)
+    return output(stream, mesh)
+
+
+def main(arguments):
+    limits, smoothed = (1 << 20, 1 << 28, 1 << 27), False
+    while arguments and arguments[0].startswith('--'):
+        option = arguments.pop(0)
+        if option == '--smooth':
+            smoothed = True
+        elif option == '--limits':
+            limits = tuple(int(arguments.pop(0)) for _ in range(3))
+        else:
+            sys.exit(__doc__)
+    for name in arguments:
+        with open(name, 'rb') as file:
+            data = file.read()
+        try:
+            print(hashlib.sha256(decode(data, limits, smoothed)).hexdigest())
+        except Error as e:
+            print(e.args[0])
+
+
+if __name__ == '__main__':
+    main(sys.argv[1:])
