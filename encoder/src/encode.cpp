@@ -237,7 +237,7 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
 // whether this one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 5, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
-  constexpr double kInside = 0.008, kAim = 0.002;  // of the target, in the logarithm
+  constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
   const double usual = bytes > 0 ? -0.9 : 0.6;     // slope of the excess y over x, the logarithm of the step
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
@@ -263,11 +263,12 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
       Trial again = code(m, s, true, watch);
       if (again.stream != t.stream) t = std::move(again), y = measured(t);
     }
+    fprintf(stderr, "DBG settle step %.4g bytes %zu error %.4f y %.4f\n", double(s.placement.step), t.stream.size(), t.error * 1e4, y);
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
     if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
     if (!met || (best_y <= 0 && best_y > -kInside)) break;
-    if (i + 1 == kVain && best_y > 0) break;
+    if (i + 1 == kVain && best_y > kHopeless) break;
     const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
     const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
     x = bracket ? inside_x - (inside_y + kAim) / slope : x + std::clamp(-(y + kAim) / slope, -0.3, 0.3);

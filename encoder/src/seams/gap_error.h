@@ -12,6 +12,9 @@ namespace relief {
 // Mean squared distances from the surface by the keys of triangles, so that none is measured twice.
 using KnownTriangles = std::unordered_map<uint64_t, float>;
 
+// A face is looked at if it has more than this share of all error.
+constexpr double kShareOfError = 0.003;
+
 struct GapError {
   std::vector<uint64_t> key;  // of each triangle between patches; tells it from others
   std::vector<std::array<Vec3, 3>> corner;  // lattice

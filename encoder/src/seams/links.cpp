@@ -18,9 +18,6 @@ namespace {
 constexpr double kAround = 1.0;
 constexpr int kMostFaces = 20000;  // a ball that holds more is not searched; the link counts as right
 constexpr size_t kNearestPairs = 24;
-// A stray farther away than this is better left away than joined by a bridge through the air, if its area is
-// below this share of the bridge's.
-constexpr double kStrayReach = 3, kBridge = 0.125;
 
 // Whether the surface connects two of its faces inside of balls.
 class BallSearch {
@@ -185,11 +182,6 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
       return !taken(p) &&
              connected_near(search, decoded, ground, decoded.nodes[p.a], decoded.nodes[p.b], 2 * kAround);
     };
-    if (!pairs.empty() && pieces.pixels[size_t(g)] < kStrayPixels) {
-      const double own = ground.spacing[decoded.nodes[pairs[0].a]], length = std::sqrt(pairs[0].distance),
-                   around = std::max(own, ground.spacing[decoded.nodes[pairs[0].b]]);
-      if (length > kStrayReach * around && double(pieces.pixels[size_t(g)]) * own * own < kBridge * length * around) continue;
-    }
     auto best = std::find_if(pairs.begin(), pairs.end(), good);
     if (best == pairs.end()) best = std::find_if_not(pairs.begin(), pairs.end(), taken);
     if (best == pairs.end()) continue;

@@ -12,6 +12,8 @@
 namespace relief {
 namespace {
 
+constexpr double kFarStray = 64;   // spacings; how far away the next surface is looked for
+constexpr double kBridgeGain = 2;  // a piece is left away if that errs so many times less
 constexpr size_t kTinyPixels = 8;                         // a piece as small as this is not made smaller
 const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 
@@ -38,6 +40,63 @@ void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces&
   for (size_t v = 0; v < ground.pixel.size(); v++)
     if (part[v] != main[size_t(pieces.component[group(v)])] && pieces.pixels[group(v)] < kStrayPixels)
       unwanted[v] = 1;
+}
+
+// Squared distance times area by which the surface is farther away without these pixels.
+double loss_without(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& pixels,
+                    const std::vector<char>& among) {
+  Eigen::AlignedBox3d box;
+  for (uint32_t v : pixels) box.extend(ground.lattice(decoded.mesh.positions[v]));
+  const Vec3 reach = Vec3::Constant(box.diagonal().norm() + kFarStray * ground.spacing[pixels[0]]);
+  box = Eigen::AlignedBox3d(box.min() - reach, box.max() + reach);
+  std::vector<Vec3> others;
+  for (uint32_t v = 0; v < ground.pixel.size(); v++) {
+    const Vec3 p = ground.lattice(decoded.mesh.positions[v]);
+    if (!among[v] && box.contains(p)) others.push_back(p);
+  }
+  double loss = 0;
+  for (uint32_t v : pixels) {
+    const Vec3 p = ground.lattice(decoded.mesh.positions[v]);
+    double least = reach.squaredNorm() / 3;
+    for (const Vec3& q : others) least = std::min(least, (p - q).squaredNorm());
+    const double spacing = ground.spacing[v], away = std::max(0.0, std::sqrt(least) - spacing / 2);
+    loss += spacing * spacing * away * away;
+  }
+  return loss;
+}
+
+// Small pieces whose joining to the others errs more than leaving them away.
+void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces, const GapError& error,
+                  std::vector<char>& unwanted, double& lost) {
+  std::unordered_map<int, double> bridges;  // error of the faces along the small groups
+  std::vector<int> seen;
+  for (size_t f = 0; f < error.of_face.size(); f++) {
+    if (error.of_face[f] <= kShareOfError * error.sum) continue;
+    seen.clear();
+    for (size_t t = decoded.first_triangle[f]; t < decoded.face_end(f); t++)
+      for (uint32_t v : decoded.mesh.triangles[t]) {
+        if (v >= unwanted.size()) continue;
+        const int group = pieces.group[size_t(pieces.part[v])];
+        if (pieces.pixels[size_t(group)] >= kStrayPixels || pieces.main[size_t(pieces.component[size_t(group)])] == group)
+          continue;
+        if (std::find(seen.begin(), seen.end(), group) == seen.end()) seen.push_back(group);
+      }
+    for (int group : seen) bridges[group] += error.of_face[f];
+  }
+  if (bridges.empty()) return;
+  std::unordered_map<int, std::vector<uint32_t>> members;
+  for (uint32_t v = 0; v < unwanted.size(); v++) {
+    const int group = pieces.group[size_t(pieces.part[v])];
+    if (bridges.count(group)) members[group].push_back(v);
+  }
+  std::vector<char> among(unwanted.size(), 0);
+  for (const auto& [group, pixels] : members) {
+    for (uint32_t v : pixels) among[v] = 1;
+    const double loss = loss_without(decoded, ground, pixels, among);
+    const bool better = kBridgeGain * loss < bridges[group];
+    if (better) lost += loss;
+    for (uint32_t v : pixels) among[v] = 0, unwanted[v] |= better;
+  }
 }
 
 void mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
@@ -165,7 +224,7 @@ int mark_folds(const DecodedMesh& decoded, const Ground& ground, std::vector<cha
 }  // namespace
 
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  int& folds) {
+                                  const GapError& error, int& folds, double& lost) {
   std::vector<char> unwanted(ground.pixel.size(), 0);
   mark_coincident(decoded, ground, unwanted);
   mark_tangles(decoded, unwanted);
@@ -173,6 +232,7 @@ std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& grou
   for (size_t v = 0; v < unwanted.size(); v++)
     if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
   mark_strays(decoded, ground, pieces, unwanted);
+  mark_bridged(decoded, ground, pieces, error, unwanted, lost);
   return unwanted;
 }
 

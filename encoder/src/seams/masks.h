@@ -2,7 +2,7 @@
 #pragma once
 #include <list>
 
-#include "seams/links.h"
+#include "seams/gap_error.h"
 
 namespace relief {
 
@@ -14,13 +14,14 @@ struct CleanedPatch {
 
 // For every vertex that is a pixel, whether its mask is better without it:
 // - small pieces that no link could join to the rest of their component;
+// - small pieces that are joined to it through the air, at more error than leaving them away;
 // - one of two pixels at one point of the lattice;
 // - pixels where links contradict one another;
 // - pixels beyond the border of another patch, where the triangles between the patches turn over. `folds`
 // receives
 //   the number of such edges that the surface does not have there.
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  int& folds);
+                                  const GapError& error, int& folds, double& lost);
 
 // Takes the pixels out. Patches that lose every pixel are taken out, from patch_number as well. `storage`
 // keeps what `patches` then points to. Returns whether anything was changed.

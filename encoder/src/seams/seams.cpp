@@ -15,7 +15,7 @@ constexpr int kMostTrials = 12;
 // Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
 constexpr size_t kFewLinks = 4;
 // What a handle more is worth of the error between patches: so many spacings to the fourth.
-constexpr double kHandleWorth = 0.02, kShareOfError = 0.003;
+constexpr double kHandleWorth = 0.02;
 constexpr int kMostFaceTrials = 60;
 
 // A link or a face with how far it leaves the surface.
@@ -38,13 +38,14 @@ struct Context : SeamsInput {
   DecodedMesh plain;      // without seams
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
-  mutable KnownTriangles known;
-  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
+  KnownTriangles& known;
+  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in, KnownTriangles& k)
       : SeamsInput(in),
         coded(p),
         ground(ground_of(in.surface, patches, p.placement.spacing)),
         decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})),
-        plain(decoder.close({})) {
+        plain(decoder.close({})),
+        known(k) {
     part = connected_parts(plain.mesh, plain.patch_triangles(), parts);
     part.resize(ground.pixel.size());
   }
@@ -286,13 +287,15 @@ void improve_faces(const Context& in, Attempt& best) {
   }
 }
 
+constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr int kVainRounds = 1;  // of mending masks, without getting better
 
 }  // namespace
 
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough) {
-  const Context in(parts, patches, input);
+  KnownTriangles known;
+  const Context in(parts, patches, input, known);
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
@@ -309,16 +312,22 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     double score;
   } best = {{}, {}, INFINITY};
   StreamParts parts = code_stream(patches, placement);
+  KnownTriangles known;
+  double lost = 0;  // with pixels that were taken out
   for (int round = 0, vain = 0; round < rounds && vain <= kVainRounds; round++) {
-    const Context in(parts, patches, input);
+    const Context in(parts, patches, input, known);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
     const Pieces pieces = pieces_of(in, dropped);
     Attempt a = with_links(in, dropped, pieces);
     add_handles(in, a);
     int folds = 0;
-    const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, folds);
+    const double lost_before = lost;
+    const GapError error = error_of(in, a);
+    const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, lost);
     const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
-    const double score = 10 * a.mismatch + 2 * folds + double(count);
+    const double score = 10 * a.mismatch + 2 * folds + double(count) +
+                         (error.sum + lost_before) / (kErrorScore * std::pow(double(placement.spacing), 4));
+    fprintf(stderr, "DBG mend round %d mismatch %g folds %d count %zu gap %.4g lost %.4g (%.4g) score %g patches %zu\n", round, a.mismatch, folds, size_t(count), error.sum, lost_before, error.sum / (kErrorScore * std::pow(double(placement.spacing), 4)), score, patches.size());
     if (score < best.score)
       best = {patches, patch_number, score}, vain = 0;
     else
