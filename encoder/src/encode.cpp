@@ -75,6 +75,7 @@ struct Sampled {
   std::vector<int> patch_number;
   StreamPlacement placement;
   std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
+  bool mended = false;
 };
 
 // One stream and what it decodes to.
@@ -198,6 +199,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
 
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
   mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned);
+  s.mended = true;
   watch.lap("mend");
 }
 
@@ -252,7 +254,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     }
     return excess(t, m.options, bytes);
   };
-  mend(m, s, kMendRounds, watch);
+  if (!s.mended) mend(m, s, kMendRounds, watch);
   const double finest = finest_step(s.patches);
   for (int i = 0; i < kMost; i++) {
     s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
@@ -349,7 +351,7 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Sampled sampled = sample(m, std::exp(x), watch);
-    static const int mendq = getenv("MENDQ") ? atoi(getenv("MENDQ")) : 3;
+    static const int mendq = getenv("MENDQ") ? atoi(getenv("MENDQ")) : 8;
     if (split > 0) mend(m, sampled, mendq, watch);
     Trial t = code(m, sampled, false, watch);
     t.lambda = std::exp(x);
@@ -357,7 +359,7 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
     t.sampled = std::move(sampled);
     const double y = excess(t, m.options, bytes);
     fprintf(stderr, "DBG trial x %.4f bytes %zu error %.4f y %.4f genus %ld\n", x, t.stream.size(), t.error * 1e4, y, (long)t.topology.genus);
-    if (getenv("DUMPM") && t.error > 1e-4) { FILE* o = fopen("/tmp/w/dump.off", "w"); fprintf(o, "OFF\n%zu %zu 0\n", t.mesh.positions.size(), t.mesh.triangles.size()); for (auto& p : t.mesh.positions) fprintf(o, "%.9g %.9g %.9g\n", p[0], p[1], p[2]); for (auto& f : t.mesh.triangles) fprintf(o, "3 %u %u %u\n", f[0], f[1], f[2]); fclose(o); exit(1); }
+    if (getenv("DUMPM") && i == 1) { FILE* o = fopen("/tmp/w/dump.off", "w"); fprintf(o, "OFF\n%zu %zu 0\n", t.mesh.positions.size(), t.mesh.triangles.size()); for (auto& p : t.mesh.positions) fprintf(o, "%.9g %.9g %.9g\n", p[0], p[1], p[2]); for (auto& f : t.mesh.triangles) fprintf(o, "3 %u %u %u\n", f[0], f[1], f[2]); fclose(o); exit(1); }
     static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 3;
     if (split < rounds && std::fabs(y) < 0.5) {
       if (bytes > 0) t.error = measure(m, t, kErrorSamples, watch);

@@ -89,13 +89,18 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
     const int group = pieces.group[size_t(pieces.part[v])];
     if (bridges.count(group)) members[group].push_back(v);
   }
-  std::vector<char> among(unwanted.size(), 0);
-  for (const auto& [group, pixels] : members) {
-    for (uint32_t v : pixels) among[v] = 1;
-    const double loss = loss_without(decoded, ground, pixels, among);
+  // the smallest first; those that are left away are not there for the others
+  std::vector<std::pair<size_t, int>> order;
+  for (const auto& [group, pixels] : members) order.push_back({pixels.size(), group});
+  std::sort(order.begin(), order.end());
+  std::vector<char> away = unwanted;
+  for (const auto& [size, group] : order) {
+    const std::vector<uint32_t>& pixels = members[group];
+    for (uint32_t v : pixels) away[v] = 1;
+    const double loss = loss_without(decoded, ground, pixels, away);
     const bool better = kBridgeGain * loss < bridges[group];
     if (better) lost += loss;
-    for (uint32_t v : pixels) among[v] = 0, unwanted[v] |= better;
+    for (uint32_t v : pixels) (better ? unwanted : away)[v] = better;
   }
 }
 
