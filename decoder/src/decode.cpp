@@ -10,6 +10,7 @@
 #include "mesh.h"
 #include "normals.h"
 #include "smooth.h"
+#include "stage.h"
 #include "wavelet.h"
 
 namespace relief {
@@ -116,9 +117,11 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
     const Pyramid p = pyramid_of(patch.width, patch.height);
     const float step = float(double(parsed.header.step) * quarter_power(patch.step_index));
     const float* z = inverse_wavelet(p, w.q + w.planes[i], w.mask + w.planes[i], step, w.scratch);
+    stage_done(Stage::kWavelet);
     const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p,
                                             w.mask + w.planes[i], z, w.mesh, mesh, w.nodes, components);
     if (status != RELIEF_OK) return status;
+    stage_done(Stage::kMesh);
   }
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
@@ -138,12 +141,15 @@ relief_status open_patches(const uint8_t* data, const relief_limits* limits, Wor
     w.planes[i] = offset;
     offset += pyramid_of(w.patches[i].width, w.patches[i].height).size;
   }
+  stage_done(Stage::kTable);
   status = decode_masks(table, parsed, w);
   if (status != RELIEF_OK) return status;
+  stage_done(Stage::kMasks);
 
   const uint8_t* const coefficients = data + parsed.coefficients_begin;
   RangeDecoder coder(coefficients, parsed.coefficient_bytes, parsed.coefficient_bytes < h.coefficient_bytes);
   decode_coefficients(coder, parsed, w);
+  stage_done(Stage::kCoefficients);
 
   open.components = 0;
   status = mesh_patches(parsed, w, open.mesh, open.components);
@@ -188,12 +194,15 @@ relief_status decode(const void* data, size_t size, const relief_limits* limits,
                               bytes + size, nullptr};
   status = close_gaps(open.nodes, open.components, options, mesh, open.gap_memory);
   if (status != RELIEF_OK) return status;
+  stage_done(Stage::kGaps);
   if (smooth)  // in memory that is free again: planes have an element a pixel and more, gap closing takes
                // more a node
     smooth_nodes(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.q),
                  reinterpret_cast<int64_t(*)[4]>(w.gaps));
   if (out->normals) vertex_normals(mesh, out->normals);
+  stage_done(Stage::kNormals);
   place(h, mesh.positions, mesh.vertex_count);
+  stage_done(Stage::kPlacement);
   out->vertex_count = mesh.vertex_count;
   out->triangle_count = mesh.triangle_count;
   return RELIEF_OK;
