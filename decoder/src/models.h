@@ -37,6 +37,30 @@ inline void model_update(Model& m, int bit) {
   m = uint32_t(next) << 10 | (count < Limit ? count + 1 : count);
 }
 
+// A coder for the length of a loop. Of the decoder it is a copy, written back at the end: stores through other pointers
+// cannot change it, so that its state stays in registers.
+template <class Coder, bool Encoding = Coder::kEncoding>
+class CoderCopy {
+ public:
+  explicit CoderCopy(Coder& coder) : outer_(coder), inner_(coder) {}
+  ~CoderCopy() { outer_ = inner_; }
+  CoderCopy(const CoderCopy&) = delete;
+  Coder& operator*() { return inner_; }
+
+ private:
+  Coder &outer_, inner_;
+};
+
+template <class Coder>
+class CoderCopy<Coder, true> {
+ public:
+  explicit CoderCopy(Coder& coder) : outer_(coder) {}
+  Coder& operator*() { return outer_; }
+
+ private:
+  Coder& outer_;
+};
+
 // Adaptation limits, part of the format.
 constexpr uint32_t kCoefficientLimit = 255;
 constexpr uint32_t kMaskLimit = 400;
