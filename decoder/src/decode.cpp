@@ -10,6 +10,7 @@
 #include "mesh.h"
 #include "normals.h"
 #include "smooth.h"
+#include "span_context.h"
 #include "stage.h"
 #include "wavelet.h"
 

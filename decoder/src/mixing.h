@@ -9,6 +9,7 @@ namespace relief {
 // the format.
 struct Logistic {
   int16_t stretch[4096];
+  int16_t squashed[4096];  // of x + 2048
 
   static int squash(int x) {  // x in 1/256, -2047 .. 2047 -> 1 .. 4095
     constexpr int kKnot[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
@@ -21,9 +22,11 @@ struct Logistic {
   }
 
   void init() {
+    squashed[0] = 1;
     int p = 0;
     for (int x = -2047; x <= 2047; x++) {
       const int v = squash(x);
+      squashed[x + 2048] = int16_t(v);
       for (; p <= v; p++) stretch[p] = int16_t(x);
     }
     for (; p < 4096; p++) stretch[p] = 2047;
@@ -47,7 +50,7 @@ inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* we
     dot += int64_t(weight[i]) * r.stretched[i];
   }
   const int64_t x = dot >> 16;
-  r.p12 = Logistic::squash(int(x > 2047 ? 2047 : x < -2047 ? -2047 : x));
+  r.p12 = logistic.squashed[(x > 2047 ? 2047 : x < -2047 ? -2047 : x) + 2048];
   return r;
 }
 
