@@ -45,6 +45,7 @@ uint64_t lay_out(Arena& a, const Parsed& parsed, Workspace& w) {
   w.mask = a.take<uint8_t>(t.planes);
   w.scratch = a.take<float>(t.scratch);
   w.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
+  w.mesh.cells = w.mask_scratch;  // between two uses of the one there is one of the other
   w.mesh.height = a.take<int32_t>(t.max_pixels);
   w.mesh.vertex = a.take<uint32_t>(t.max_pixels);
   w.mesh.node = a.take<uint32_t>(t.max_pixels);
@@ -120,7 +121,7 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
     const float* z = inverse_wavelet(p, w.q + w.planes[i], w.mask + w.planes[i], step, w.scratch);
     stage_done(Stage::kWavelet);
     const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p,
-                                            w.mask + w.planes[i], z, w.mesh, mesh, w.nodes, components);
+                                            w.mask + w.planes[i], z, w.mesh, mesh, w.nodes, components, best_leaves());
     if (status != RELIEF_OK) return status;
     stage_done(Stage::kMesh);
   }

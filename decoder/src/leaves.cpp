@@ -1,5 +1,8 @@
 #include "leaves.h"
 
+#include "diagonal.h"
+#include "wavelet.h"
+
 // A level without vectors costs space in a module that has them, and its absence nothing: only tests ask for it.
 #if defined(__wasm__) && defined(__wasm_simd128__)
 #define RELIEF_SCALAR_LEAVES 0

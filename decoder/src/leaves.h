@@ -24,6 +24,22 @@ struct AboveWeights {
 constexpr int kMagnitudeCap = 4095;
 constexpr uint32_t kSumCap = 3072;
 
+// A row to be lifted, its neighbours, and the masks of the rows around. Where a row is beyond the ends, its mask is zero
+// and its values may be any row.
+struct LiftedRow {
+  float* values;
+  const float *up, *down, *up3, *down3;
+  const uint8_t* mask;  // rows stride apart
+  ptrdiff_t stride;
+};
+
+// A row of a patch in space: position = (origin + x * along) + z * normal, lattice units.
+struct RowFrame {
+  float origin[3], along[3], normal[3];
+};
+
+constexpr uint32_t kBlock = 8;
+
 struct Leaves {
   // out[i] = min(|q[i]|, kMagnitudeCap)
   void (*magnitudes)(const int32_t* q, uint16_t* out, uint32_t n);
@@ -42,6 +58,46 @@ struct Leaves {
 
   // edge[i]: 1 where a pixel to the left, right, above, below or above right is outside of the mask, else 0.
   void (*edges)(const uint8_t* mask, ptrdiff_t stride, uint8_t* edge, uint32_t n);
+
+  // A row of a mask to the masks of its low ((n + 1) / 2) and its high half (n / 2): see wavelet.h.
+  void (*split_mask)(const uint8_t* mask, uint8_t* low, uint8_t* high, uint32_t n);
+
+  void (*dequantise)(const int32_t* q, float step, float* out, uint32_t n);
+
+  // Scales two rows of coefficients before lifting, in place: an even one, and an odd one unless it is null. mask: of the
+  // even row, rows stride apart. A sample without a neighbour above and below is in the even row, wherever it belongs.
+  // n: a multiple of kBlock; values outside of the mask mean nothing.
+  void (*scale_rows)(float* even, float* odd, const uint8_t* mask, ptrdiff_t stride, uint32_t n);
+
+  // One lifting step of a row by the rows above and below. n: a multiple of kBlock.
+  void (*lift_row)(const LiftedRow& row, float factor, bool extend, uint32_t n);
+
+  // Lifting along a row: see wavelet.h.
+  void (*lift_even)(float* low, const float* high, int begin, int end, float factor, bool extend);
+  void (*lift_odd)(const float* low, float* high, int begin, int end, float factor, bool extend);
+
+  // Joins a row's low and high halves (both are overwritten) into `out`, segment by segment of the mask.
+  void (*inverse_row)(const uint8_t* mask, uint32_t width, float* low, float* high, float* out);
+
+  // out[i] = to_lattice(z[i])
+  void (*heights)(const float* z, int32_t* out, uint32_t n);
+
+  // Lattice positions of pixels (x, y), (x + 1, y) ... of a patch, 3 floats each.
+  void (*place_row)(const RowFrame& frame, int32_t x, const float* z, float* positions, uint32_t n);
+
+  // Pixels of each cell, or 0 if they are fewer than 3. mask: of the cell's first pixel.
+  void (*count_cells)(const uint8_t* mask, ptrdiff_t stride, uint8_t* cells, uint32_t n);
+
+  // Whether any pixel of a row is in no covered cell. cells: the cell of which it is the first pixel.
+  bool (*any_stray)(const uint8_t* mask, const uint8_t* cells, ptrdiff_t stride, uint32_t n);
+
+  // 1 for covered cells that have a side without a covered cell across.
+  void (*border_cells)(const uint8_t* cells, ptrdiff_t stride, uint8_t* border, uint32_t n);
+
+  // The predicted diagonals of cells (see diagonal.h): 1 for the main one, also where a pixel for the prediction is
+  // missing. z, mask: of the cell's first pixel.
+  void (*diagonals)(const int32_t* z, ptrdiff_t z_stride, const uint8_t* mask, ptrdiff_t stride, uint8_t* main,
+                    uint32_t n);
 };
 
 enum class Level { kScalar, kVector, kAvx2 };
