@@ -3,6 +3,7 @@
 // Shared with the encoder.
 #pragma once
 #include "format.h"
+#include "leaves.h"
 #include "mixing.h"
 
 namespace relief {
@@ -34,6 +35,8 @@ constexpr int activity_class(uint32_t e) {
   return c < kActivities ? c : kActivities - 1;
 }
 
+static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1, "sums are cut where it makes no difference");
+
 // First guesses, in 1/65536 and 1/256: that a coefficient of a class is not zero; that a magnitude is greater
 // than 1, than 2, than any k beyond. Trained on scans; part of the format.
 constexpr uint16_t kFirstNonzero[kActivities] = {10,    20,    40,    150,   500,   600,   1600,
@@ -57,9 +60,14 @@ struct CoefficientModels {
   Model sign[3][9];
   Model tail[3][kGolombModels];
   Model low_zero[2], low[2][kGolombModels];
+  uint8_t class_of_sum[2][kSumCap + 1];  // activity, by mask edge and the sum of an activity's terms
 
   void init() {
     logistic.init();
+    for (uint32_t e = 0; e <= kSumCap; e++) {
+      class_of_sum[0][e] = uint8_t(activity_class(e >> kActivityShift));
+      class_of_sum[1][e] = uint8_t(activity_class((e * kEdgeFactor >> kEdgeShift) >> kActivityShift));
+    }
     fresh(&zero_near[0][0], sizeof zero_near);
     fresh(&greater_near[0][0][0], sizeof greater_near);
     fresh(&sign[0][0], sizeof sign);

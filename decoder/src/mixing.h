@@ -6,7 +6,7 @@
 namespace relief {
 
 // ln(p / (1 - p)) in 1/256 and its inverse, on 12-bit probabilities; filled by integer interpolation, part of
-// the format.
+// the format. stretch keeps away from 0 and 1 as model_p16 does.
 struct Logistic {
   int16_t stretch[4096];
   int16_t squashed[4096];  // of x + 2048
@@ -30,6 +30,8 @@ struct Logistic {
       for (; p <= v; p++) stretch[p] = int16_t(x);
     }
     for (; p < 4096; p++) stretch[p] = 2047;
+    stretch[0] = stretch[1] = stretch[2];
+    stretch[4095] = stretch[4094];
   }
 };
 
@@ -46,7 +48,7 @@ inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* we
   Mixed<N> r;
   int64_t dot = 0;
   for (int i = 0; i < N; i++) {
-    r.stretched[i] = logistic.stretch[model_p16(*m[i]) >> 4];
+    r.stretched[i] = logistic.stretch[*m[i] >> 20];
     dot += int64_t(weight[i]) * r.stretched[i];
   }
   const int64_t x = dot >> 16;
@@ -63,8 +65,9 @@ inline int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, i
   bit = coder.code(bit, uint32_t(mixed.p12) << 4);
   const int error = ((bit << 12) - mixed.p12) * 16;
   for (int i = 0; i < N; i++) {
-    const int32_t w = weight[i] + ((mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate);
-    weight[i] = w > kMostWeight ? kMostWeight : w < -kMostWeight ? -kMostWeight : w;
+    weight[i] += (mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate;
+    if (uint32_t(weight[i] + kMostWeight) > 2 * kMostWeight) [[unlikely]]
+      weight[i] = weight[i] < 0 ? -kMostWeight : kMostWeight;
     model_update<Limit>(*m[i], bit);
   }
   return bit;

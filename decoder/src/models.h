@@ -33,8 +33,8 @@ template <uint32_t Limit>
 inline void model_update(Model& m, int bit) {
   const uint32_t count = m & 1023;
   const int32_t p = int32_t(m >> 10), target = bit ? (1 << 22) - 1 : 0;
-  const int32_t next = p + int32_t((int64_t(target - p) * kReciprocal.value[count]) >> 16);
-  m = uint32_t(next) << 10 | (count < Limit ? count + 1 : count);
+  const int32_t step = int32_t((int64_t(target - p) * kReciprocal.value[count]) >> 16);
+  m += (uint32_t(step) << 10) + (count < Limit);  // neither part spills into the other
 }
 
 // A coder for the length of a loop. Of the decoder it is a copy, written back at the end: stores through other pointers

@@ -33,14 +33,11 @@ class SpanContext {
   }
 
   // The context of the i-th, but for its sign, after the magnitudes W and WW before it in the row.
-  Context at(uint32_t i, const ActivityWeights& k, uint32_t W, uint32_t WW) const {
-    constexpr uint32_t kCap = 1u << 22;  // all classes end far below
+  Context at(uint32_t i, const CoefficientModels& models, const ActivityWeights& k, uint32_t W, uint32_t WW) const {
     Context r;
     r.edge = edge_[i];
-    uint32_t e = sum_[i] + k.W * W + k.WW * WW;
-    if (e > kCap) e = kCap;
-    if (r.edge) e = e * kEdgeFactor >> kEdgeShift;
-    r.activity = activity_class(e >> kActivityShift);
+    const uint32_t e = sum_[i] + k.W * W + k.WW * WW;
+    r.activity = models.class_of_sum[r.edge][e < kSumCap ? e : kSumCap];
     const uint32_t near = near_[i], beyond = WW + (near >> 6);
     r.near = int((near & 63) | (W < 3 ? W : 3) | (beyond < 3 ? beyond : 3) << 6);
     return r;
@@ -73,8 +70,6 @@ class SpanContext {
   uint8_t near_[kMost], edge_[kMost];
 };
 
-static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1, "sums are cut where it makes no difference");
-
 // Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
 template <class Coder>
 bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m, int level,
@@ -92,12 +87,14 @@ bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_
         continue;
       }
       x &= ~1u;
-      const uint32_t begin = x, end = b.width - x < SpanContext::kMost ? b.width : x + SpanContext::kMost;
+      const uint32_t begin = x;
+      uint32_t end = b.width - x < SpanContext::kMost ? b.width : x + SpanContext::kMost;
+      while (!in[end - 1]) end--;
       span.gather(leaves, p, q, m, level, type, x, y, end - x);
       uint32_t W = uint32_t(magnitude(c[ptrdiff_t(x) - 1])), WW = uint32_t(magnitude(c[ptrdiff_t(x) - 2]));
       for (; x < end; x++) {
         if (in[x]) {
-          Context context = span.at(x - begin, k, W, WW);
+          Context context = span.at(x - begin, models, k, W, WW);
           context.sign = sign_context(c + x, b.stride);
           c[x] = code_coefficient(*coder, models, context, level, type, c[x]);
         }
