@@ -81,7 +81,7 @@ void lift_rows(const Leaves& leaves, const Half& half, uint32_t parity, float fa
     float* const v = half.value + size_t(y) * w;
     const float *up = y >= 1 ? v - w : v, *down = y + 1 < h ? v + w : v;
     const float *up3 = y >= 3 ? v - 3 * size_t(w) : v, *down3 = y + 3 < h ? v + 3 * size_t(w) : v;
-    leaves.lift_row({v, up, down, up3, down3, half.mask + size_t(y) * w, w}, factor, extend, w);
+    leaves.lift_row({v, up, down, up3, down3, half.mask + size_t(y) * w, ptrdiff_t(w)}, factor, extend, w);
   }
 }
 
