@@ -130,8 +130,11 @@ relief_status begin(const void* data, size_t size, const relief_limits* limits, 
   return RELIEF_OK;
 }
 
+// Null for none: builds that have no use for smoothing leave the function away.
+using Smoothing = decltype(smooth_nodes);
+
 relief_status decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* out,
-                     void* workspace, size_t workspace_size, bool smooth, const Leaves& leaves) {
+                     void* workspace, size_t workspace_size, Smoothing* smooth, const Leaves& leaves) {
   Workspace w;
   OpenPatches open;
   relief_status status = begin(data, size, limits, out, workspace, workspace_size, w, open);
@@ -148,8 +151,8 @@ relief_status decode(const void* data, size_t size, const relief_limits* limits,
   stage_done(Stage::kGaps);
   if (smooth)  // in memory that is free again: planes have an element a pixel and more, gap closing takes
                // more a node
-    smooth_nodes(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.planes.q),
-                 reinterpret_cast<int64_t(*)[4]>(w.gaps));
+    smooth(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.planes.q),
+           reinterpret_cast<int64_t(*)[4]>(w.gaps));
   if (out->normals) vertex_normals(mesh, out->normals);
   stage_done(Stage::kNormals);
   place(h, mesh.positions, mesh.vertex_count);
@@ -175,7 +178,7 @@ const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data) {
 
 relief_status decode_with(const Leaves& leaves, const void* data, size_t size, relief_mesh* mesh, void* workspace,
                           size_t workspace_size) {
-  return decode(data, size, nullptr, mesh, workspace, workspace_size, false, leaves);
+  return decode(data, size, nullptr, mesh, workspace, workspace_size, nullptr, leaves);
 }
 
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
@@ -223,10 +226,10 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
 
 extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode(data, size, limits, mesh, workspace, workspace_size, false, best_leaves());
+  return decode(data, size, limits, mesh, workspace, workspace_size, nullptr, best_leaves());
 }
 
 extern "C" relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits,
                                                 relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode(data, size, limits, mesh, workspace, workspace_size, true, best_leaves());
+  return decode(data, size, limits, mesh, workspace, workspace_size, smooth_nodes, best_leaves());
 }

@@ -40,6 +40,10 @@ struct RowFrame {
 
 constexpr uint32_t kBlock = 8;
 
+// The loops over spans of coefficients work on blocks of this many, beyond n up to the end of the last one. In a pyramid
+// there is always a plane behind the one read, and margins.
+constexpr uint32_t kSpanBlock = 16;
+
 struct Leaves {
   // out[i] = min(|q[i]|, kMagnitudeCap)
   void (*magnitudes)(const int32_t* q, uint16_t* out, uint32_t n);

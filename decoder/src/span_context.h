@@ -9,6 +9,7 @@ namespace relief {
 class SpanContext {
  public:
   static constexpr uint32_t kMost = 64;  // coefficients of a span
+  static_assert(kMost % (2 * kSpanBlock) == 0);
 
   // For the n coefficients from (x, y) on of a band, x even. q, m: as for context_at.
   void gather(const Leaves& leaves, const Pyramid& p, const int32_t* q, const uint8_t* m, int level, int type,
@@ -17,7 +18,7 @@ class SpanContext {
     const Band& b = p.high[level][type];
     const ptrdiff_t s = b.stride;
     const int32_t* c = q + b.at(x, y);
-    uint16_t above[kMost + 2], above2[kMost];
+    uint16_t above[kMost + kSpanBlock], above2[kMost];
     leaves.magnitudes(c - s - 1, above, n + 2);
     leaves.magnitudes(c - 2 * s, above2, n);
     leaves.weigh_above(above + 1, above2, {k.N, k.NW, k.NE, k.NN}, sum_, near_, n);
@@ -27,8 +28,11 @@ class SpanContext {
       const Band& sibling = p.high[level][i];
       if (x >= sibling.width || y >= sibling.height) continue;
       const AroundWeights weights = {k.sibling[i].here, k.sibling[i].across, k.sibling[i].down};
-      const uint32_t most = sibling.width - x;
-      add_around(leaves, q + sibling.at(x, y), sibling.stride, weights, sum_, n < most ? n : most);
+      // a sibling is at most one coefficient narrower: that one has no share
+      const uint32_t there = n < sibling.width - x ? n : sibling.width - x;
+      const uint16_t beyond = sum_[there % kMost];
+      add_around(leaves, q + sibling.at(x, y), sibling.stride, weights, sum_, there);
+      if (there < n) sum_[there] = beyond;
     }
   }
 
@@ -46,7 +50,7 @@ class SpanContext {
  private:
   static void add_around(const Leaves& leaves, const int32_t* t, ptrdiff_t stride, AroundWeights weights, uint16_t* sum,
                          uint32_t n) {
-    uint16_t up[kMost], here[kMost + 2], down[kMost];
+    uint16_t up[kMost], here[kMost + kSpanBlock], down[kMost];
     leaves.magnitudes(t - stride, up, n);
     leaves.magnitudes(t - 1, here, n + 2);
     leaves.magnitudes(t + stride, down, n);
@@ -60,7 +64,7 @@ class SpanContext {
     if (x >= up.width) x = up.width - 1;
     if (y >= up.height) y = up.height - 1;
     const uint32_t half = (n + 1) / 2, there = half < up.width - x ? half : up.width - x;
-    uint16_t sum[kMost / 2] = {};
+    uint16_t sum[kMost / 2] = {};  // whole blocks of halves are half of a span's
     add_around(leaves, q + up.at(x, y), up.stride, {k.parent, k.parent_across, k.parent_down}, sum, there);
     for (uint32_t i = there; i < half; i++) sum[i] = sum[there - 1];
     leaves.add_doubled(sum, sum_, n);
