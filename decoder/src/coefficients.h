@@ -170,7 +170,7 @@ inline BitModels greater_models(CoefficientModels& models, const Context& c, int
 
 // Where nothing around is coded, one model does: most coefficients are there.
 template <class Coder>
-inline int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
+[[gnu::always_inline]] inline int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
   if (c.activity == 0) return code_bit<kCoefficientLimit>(coder, *b.m[0], bit);
   return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }

@@ -153,9 +153,9 @@ relief_status decode(const void* data, size_t size, const relief_limits* limits,
                // more a node
     smooth(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.planes.q),
            reinterpret_cast<int64_t(*)[4]>(w.gaps));
-  if (out->normals) vertex_normals(mesh, out->normals);
+  if (out->normals) vertex_normals(mesh, out->normals, leaves);
   stage_done(Stage::kNormals);
-  place(h, mesh.positions, mesh.vertex_count);
+  leaves.place(h.origin, h.scale, mesh.positions, mesh.vertex_count);
   stage_done(Stage::kPlacement);
   out->vertex_count = mesh.vertex_count;
   out->triangle_count = mesh.triangle_count;
@@ -165,11 +165,7 @@ relief_status decode(const void* data, size_t size, const relief_limits* limits,
 }  // namespace
 
 void place(const StreamHeader& h, float* positions, uint32_t count) {
-  for (uint32_t i = 0; i < count; i++)
-    for (int k = 0; k < 3; k++) {
-      float& c = positions[3 * size_t(i) + k];
-      c = float(double(h.origin[k]) + double(h.scale) * double(c));
-    }
+  best_leaves().place(h.origin, h.scale, positions, count);
 }
 
 const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data) {

@@ -45,7 +45,7 @@ bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
 // How well the triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for
 // turned over.
 int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
-  int64_t u[3], v[3], w[3];
+  double u[3], v[3], w[3];
   g.difference(b, c, u);
   g.difference(b, a, v);
   cross(u, v, w);

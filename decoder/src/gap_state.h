@@ -86,8 +86,9 @@ struct Gaps {
     return i;
   }
   void unite(uint32_t a, uint32_t b) { group[find(a)] = find(b); }
-  void difference(uint32_t from, uint32_t to, int64_t d[3]) const {
-    for (int k = 0; k < 3; k++) d[k] = int64_t(n.position[to][k]) - n.position[from][k];
+  template <class Number>
+  void difference(uint32_t from, uint32_t to, Number d[3]) const {
+    for (int k = 0; k < 3; k++) d[k] = n.position[to][k] - n.position[from][k];  // below 2^22
   }
   uint32_t corner_of(uint32_t slot) const { return count + slot; }
   bool is_in(uint32_t slot) const { return next_corner[corner_of(slot)] != kNone; }

@@ -102,6 +102,12 @@ struct Leaves {
   // missing. z, mask: of the cell's first pixel.
   void (*diagonals)(const int32_t* z, ptrdiff_t z_stride, const uint8_t* mask, ptrdiff_t stride, uint8_t* main,
                     uint32_t n);
+
+  // Vectors of 3 floats to unit length, (.., .., 1) where the square of the length is zero.
+  void (*normalise)(float* vectors, uint32_t n);
+
+  // Lattice to model coordinates, 3 a vertex: p = origin + scale * p.
+  void (*place)(const float origin[3], float scale, float* positions, uint32_t n);
 };
 
 enum class Level { kScalar, kVector, kAvx2 };

@@ -155,25 +155,21 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
 
 // Normal at a border pixel: the sum over the triangles between it and its neighbours in covered cells.
 void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
-  static const int kRing[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
-                                  {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
-  auto position = [&](int px, int py, int64_t v[3]) {
-    const float* f = p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(px, py)]);
-    for (int k = 0; k < 3; k++) v[k] = int64_t(f[k]);
-  };
-  int64_t centre[3], sum[3] = {0, 0, 0};
-  position(x, y, centre);
+  static const int8_t kRing[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
+                                     {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+  auto position = [&](int px, int py) { return p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(px, py)]); };
+  const float* const centre = position(x, y);
+  double sum[3] = {0, 0, 0};
   for (int q = 0; q < 4; q++) {  // the cells around: q-th spans kRing[2q] .. kRing[2q + 2]
     const int cx = q == 0 || q == 3 ? x : x - 1, cy = q < 2 ? y : y - 1;
     if (!p.covered(cx, cy)) continue;
-    int64_t previous[3];
+    double previous[3], here[3], c[3];
     bool have = false;
     for (int k = 2 * q; k <= 2 * q + 2; k++) {
       const int nx = x + kRing[k][0], ny = y + kRing[k][1];
       if (!*p.at(nx, ny)) continue;
-      int64_t here[3], c[3];
-      position(nx, ny, here);
-      for (int i = 0; i < 3; i++) here[i] -= centre[i];
+      const float* const v = position(nx, ny);
+      for (int i = 0; i < 3; i++) here[i] = double(v[i]) - double(centre[i]);
       if (have) {
         cross(previous, here, c);
         for (int i = 0; i < 3; i++) sum[i] += c[i];

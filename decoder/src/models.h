@@ -67,7 +67,7 @@ constexpr uint32_t kMaskLimit = 400;
 
 // The coder's side of a bit: Coder is RangeDecoder (ignores `bit`, returns the decoded one) or RangeEncoder.
 template <uint32_t Limit, class Coder>
-inline int code_bit(Coder& coder, Model& m, int bit) {
+[[gnu::always_inline]] inline int code_bit(Coder& coder, Model& m, int bit) {
   bit = coder.code(bit, model_p16(m));
   model_update<Limit>(m, bit);
   return bit;
@@ -77,7 +77,7 @@ inline int code_bit(Coder& coder, Model& m, int bit) {
 // models: 40 of them. At most 20 prefix bits: value < 2^20.
 constexpr int kGolombModels = 40;
 template <class Coder>
-inline uint32_t code_golomb(Coder& coder, Model* models, uint32_t value) {
+[[gnu::noinline]] uint32_t code_golomb(Coder& coder, Model* models, uint32_t value) {
   int bits = 0;
   while (bits < 20 && (value + 1) >> (bits + 1)) bits++;
   int n = 0;
