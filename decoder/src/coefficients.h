@@ -62,7 +62,7 @@ struct CoefficientModels {
   Model low_zero[2], low[2][kGolombModels];
   uint8_t class_of_sum[2][kSumCap + 1];  // activity, by mask edge and the sum of an activity's terms
 
-  void init() {
+  RELIEF_COLD void init() {
     logistic.init();
     for (uint32_t e = 0; e <= kSumCap; e++) {
       class_of_sum[0][e] = uint8_t(activity_class(e >> kActivityShift));
@@ -170,14 +170,14 @@ inline BitModels greater_models(CoefficientModels& models, const Context& c, int
 
 // Where nothing around is coded, one model does: most coefficients are there.
 template <class Coder>
-[[gnu::always_inline]] inline int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
+RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
   if (c.activity == 0) return code_bit<kCoefficientLimit>(coder, *b.m[0], bit);
   return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }
 
 // Codes one coefficient in its context. Inlined, or else the coder's state would go through memory.
 template <class Coder>
-[[gnu::always_inline]] inline int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type,
+RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type,
                          int32_t v) {
   const int32_t mag = magnitude(v);
   if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type), mag > 0)) return 0;
@@ -206,7 +206,7 @@ inline int32_t predict_low(const int32_t* c, const uint8_t* m, ptrdiff_t s) {
 
 // Codes the coarsest LL of a patch.
 template <class Coder>
-bool code_low(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m) {
+RELIEF_COLD bool code_low(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m) {
   const Band& b = p.low[kLevels];
   for (uint32_t y = 0; y < b.height; y++)
     for (uint32_t x = 0; x < b.width; x++) {

@@ -123,7 +123,7 @@ relief_status begin(const void* data, size_t size, const relief_limits* limits, 
   if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
   const relief_status status = parse(data, size, limits, open.parsed);
   if (status != RELIEF_OK) return status;
-  Arena counted = {nullptr}, arena = {static_cast<uint8_t*>(workspace)};
+  Arena counted(nullptr), arena(workspace);
   if (lay_out(counted, open.parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
   lay_out(arena, open.parsed, w);
   open.mesh = {mesh->positions, mesh->indices, mesh->vertex_capacity, mesh->triangle_capacity, 0, 0};
@@ -202,7 +202,7 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   if (vertices > 0xffffffffu || triangles > 0xffffffffu || h.vertex_count > l.max_vertices)
     return RELIEF_ERROR_LIMIT;
   if (h.vertex_count > vertices || h.triangle_count > triangles) return RELIEF_ERROR_CORRUPT;
-  Arena counted = {nullptr};
+  Arena counted(nullptr);
   Workspace w;
   relief_info r = {};
   r.workspace_bytes = lay_out(counted, parsed, w);

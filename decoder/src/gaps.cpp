@@ -43,7 +43,7 @@ void allocate(Gaps& g, Arena& a, uint32_t n) {
 }  // namespace
 
 uint64_t gap_memory_bytes(uint32_t n) {
-  Arena a = {nullptr};
+  Arena a(nullptr);
   const Nodes none = {};
   MeshWriter mesh = {};
   const GapOptions options = {};
@@ -58,7 +58,7 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   g.count = nodes.count;
   g.components = components;
   if (g.count == 0) return RELIEF_OK;
-  Arena arena = {static_cast<uint8_t*>(memory)};
+  Arena arena(memory);
   allocate(g, arena, nodes.count);
   g.work = 64 * int64_t(g.corner_capacity);
   trace_loops(g);

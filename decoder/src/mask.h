@@ -13,7 +13,7 @@ struct MaskModels {
   Logistic logistic;
   Model t4[kMaskSizes[0]], t10[kMaskSizes[1]], t16[kMaskSizes[2]], t22[kMaskSizes[3]];
   int32_t weight[1024][kMaskTemplates];  // 16.16, by the 10-pixel template
-  void init() {
+  RELIEF_COLD void init() {
     logistic.init();
     for (Model& m : t4) m = kModelInit;
     for (Model& m : t10) m = kModelInit;
@@ -39,7 +39,7 @@ inline uint32_t pack_pixels(const uint8_t* p) {
 struct Surroundings {
   uint32_t above, above2, above3, before;
 
-  [[gnu::always_inline]] void look_up(const uint8_t* p, ptrdiff_t s) {
+  RELIEF_INLINE void look_up(const uint8_t* p, ptrdiff_t s) {
     above = pack_pixels(p - s - 3);
     above2 = pack_pixels(p - 2 * s - 3);
     above3 = p[-3 * s - 1] | p[-3 * s] << 1 | p[-3 * s + 1] << 2;
@@ -62,7 +62,7 @@ struct Surroundings {
 
 // One pixel where several models are asked.
 template <class Coder>
-[[gnu::always_inline]] inline int code_pixel(Coder& coder, MaskModels& models, const Surroundings& around, int bit) {
+RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, const Surroundings& around, int bit) {
   const uint32_t c10 = around.c10();
   Model* const m[kMaskTemplates] = {&models.t4[around.c4()], &models.t10[c10], &models.t16[around.c16()],
                                     &models.t22[(around.c22() * 0x9E3779B1u) >> 16]};

@@ -7,7 +7,7 @@
 
 namespace relief {
 
-uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves) {
+RELIEF_COLD uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves) {
   planes.mask_models->init();
   uint64_t pixels = 0;
   for (uint32_t i = 0; i < planes.patch_count; i++) {
@@ -33,7 +33,7 @@ uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& l
 namespace {
 
 // Codes one part of every patch, coarse to fine: the coarsest LL (kLevels) or the three bands of a level.
-bool decode_level(RangeDecoder& coder, const Planes& planes, int level, const Leaves& leaves) {
+RELIEF_COLD bool decode_level(RangeDecoder& coder, const Planes& planes, int level, const Leaves& leaves) {
   CoefficientModels& models = *planes.coefficient_models;
   for (uint32_t i = 0; i < planes.patch_count; i++) {
     const Pyramid p = pyramid_of(planes.patches[i].width, planes.patches[i].height);
