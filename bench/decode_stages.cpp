@@ -1,6 +1,6 @@
-// decode_stages STREAM [ROUNDS]: where the time of a decode goes, positions, normals and indices, on one thread, in
-// memory that is there already. The least processor time of all rounds for each stage and for the whole: other programs on
-// the machine disturb it little.
+// decode_stages STREAM [ROUNDS]: where the time of a decode goes, positions, normals and indices, on one
+// thread, in memory that is there already. The least processor time of all rounds for each stage and for the
+// whole: other programs on the machine disturb it little.
 #include <time.h>
 
 #include "container.h"

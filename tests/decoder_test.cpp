@@ -494,7 +494,8 @@ std::vector<uint8_t> decode_bytes_with(const Leaves& leaves, const std::vector<u
   std::vector<Block> workspace((info.workspace_bytes + 15) / 16);
   relief_mesh mesh = {
       positions.data(), normals.data(), indices.data(), info.vertex_capacity, info.triangle_capacity, 0, 0};
-  EXPECT_EQ(decode_with(leaves, stream.data(), stream.size(), &mesh, workspace.data(), info.workspace_bytes), RELIEF_OK);
+  EXPECT_EQ(decode_with(leaves, stream.data(), stream.size(), &mesh, workspace.data(), info.workspace_bytes),
+            RELIEF_OK);
   std::vector<uint8_t> bytes;
   auto add = [&](const void* data, size_t size) {
     bytes.insert(bytes.end(), static_cast<const uint8_t*>(data), static_cast<const uint8_t*>(data) + size);
@@ -515,7 +516,8 @@ TEST(Leaves, AllLevelsDecodeToTheSameBytes) {
       const std::vector<uint8_t> prefix(g.stream.begin(), g.stream.begin() + ptrdiff_t(size));
       const std::vector<uint8_t> expected = decode_bytes_with(*scalar, prefix);
       for (const auto& [name, leaves] : vector_levels())
-        EXPECT_EQ(decode_bytes_with(*leaves, prefix), expected) << g.name << ", " << size << " bytes, " << name;
+        EXPECT_EQ(decode_bytes_with(*leaves, prefix), expected)
+            << g.name << ", " << size << " bytes, " << name;
     }
   }
 }
@@ -546,8 +548,10 @@ TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
       std::vector<uint8_t> near(kMost), edge(kMost), low(kMost), high(kMost), flags(kMost);
       std::vector<int32_t> heights(kMost);
       leaves.magnitudes(q.data() + middle, wide.data(), n);
-      leaves.weigh_above(&magnitudes[middle], &magnitudes[kMost], {50, 8, 30, 12}, sum.data(), near.data(), n);
-      leaves.weigh_around(&magnitudes[kMost], &magnitudes[middle], &magnitudes[6 * kMost], {12, 1, 0}, sum.data(), n);
+      leaves.weigh_above(&magnitudes[middle], &magnitudes[kMost], {50, 8, 30, 12}, sum.data(), near.data(),
+                         n);
+      leaves.weigh_around(&magnitudes[kMost], &magnitudes[middle], &magnitudes[6 * kMost], {12, 1, 0},
+                          sum.data(), n);
       leaves.add_doubled(&magnitudes[middle], halves.data(), n);
       leaves.edges(&mask[middle], kMost, edge.data(), n);
       for (auto* v : {&wide, &sum, &halves}) v->resize(n), keep(*v);
@@ -556,10 +560,11 @@ TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
       keep(low), keep(high);
       std::vector<float> rows(values);
       leaves.dequantise(&q[middle], 1.7f, &rows[middle], n);
-      leaves.scale_rows(&rows[2 * kMost], round & 1 ? &rows[3 * kMost] : nullptr, &mask[middle], kMost, blocks);
+      leaves.scale_rows(&rows[2 * kMost], round & 1 ? &rows[3 * kMost] : nullptr, &mask[middle], kMost,
+                        blocks);
       float* const row = &rows[4 * kMost];
-      leaves.lift_row({row, row - kMost, row + kMost, row - 3 * kMost, row + 3 * kMost, &mask[middle], kMost}, 0.443f,
-                      round & 1, blocks);
+      leaves.lift_row({row, row - kMost, row + kMost, row - 3 * kMost, row + 3 * kMost, &mask[middle], kMost},
+                      0.443f, round & 1, blocks);
       leaves.inverse_row(&mask[middle], n, &rows[5 * kMost], &rows[6 * kMost], &rows[7 * kMost]);
       leaves.normalise(&rows[0], n / 3);
       leaves.place(&values[3], 0.3f, &rows[kMost], n / 3);
@@ -580,7 +585,8 @@ TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
       return out;
     };
     const std::vector<double> expected = run(scalar);
-    for (const auto& [name, leaves] : vector_levels()) ASSERT_EQ(run(*leaves), expected) << name << ", n = " << n;
+    for (const auto& [name, leaves] : vector_levels())
+      ASSERT_EQ(run(*leaves), expected) << name << ", n = " << n;
   }
 }
 

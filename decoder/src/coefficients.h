@@ -35,7 +35,8 @@ constexpr int activity_class(uint32_t e) {
   return c < kActivities ? c : kActivities - 1;
 }
 
-static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1, "sums are cut where it makes no difference");
+static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1,
+              "sums are cut where it makes no difference");
 
 // First guesses, in 1/65536 and 1/256: that a coefficient of a class is not zero; that a magnitude is greater
 // than 1, than 2, than any k beyond. Trained on scans; part of the format.
@@ -170,15 +171,16 @@ inline BitModels greater_models(CoefficientModels& models, const Context& c, int
 
 // Where nothing around is coded, one model does: most coefficients are there.
 template <class Coder>
-RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
+RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b,
+                           int bit) {
   if (c.activity == 0) return code_bit<kCoefficientLimit>(coder, *b.m[0], bit);
   return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }
 
 // Codes one coefficient in its context. Inlined, or else the coder's state would go through memory.
 template <class Coder>
-RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type,
-                         int32_t v) {
+RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level,
+                                       int type, int32_t v) {
   const int32_t mag = magnitude(v);
   if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type), mag > 0)) return 0;
   const int negative = code_bit<kCoefficientLimit>(coder, models.sign[type][ctx.sign], v < 0);
@@ -206,7 +208,8 @@ inline int32_t predict_low(const int32_t* c, const uint8_t* m, ptrdiff_t s) {
 
 // Codes the coarsest LL of a patch.
 template <class Coder>
-RELIEF_COLD bool code_low(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m) {
+RELIEF_COLD bool code_low(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q,
+                          const uint8_t* m) {
   const Band& b = p.low[kLevels];
   for (uint32_t y = 0; y < b.height; y++)
     for (uint32_t x = 0; x < b.width; x++) {

@@ -70,8 +70,8 @@ relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh,
     const uint8_t* const mask = w.planes.mask + begin;
     const float* z = inverse_wavelet(p, w.planes.q + begin, mask, step, w.scratch, leaves);
     stage_done(Stage::kWavelet);
-    const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p, mask, z, w.mesh,
-                                            mesh, w.nodes, components, leaves);
+    const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p, mask, z,
+                                            w.mesh, mesh, w.nodes, components, leaves);
     if (status != RELIEF_OK) return status;
     stage_done(Stage::kMesh);
   }
@@ -172,8 +172,8 @@ const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data) {
   return parsed.cut ? nullptr : data + parsed.coefficients_begin + parsed.coefficient_bytes;
 }
 
-relief_status decode_with(const Leaves& leaves, const void* data, size_t size, relief_mesh* mesh, void* workspace,
-                          size_t workspace_size) {
+relief_status decode_with(const Leaves& leaves, const void* data, size_t size, relief_mesh* mesh,
+                          void* workspace, size_t workspace_size) {
   return decode(data, size, nullptr, mesh, workspace, workspace_size, nullptr, leaves);
 }
 

@@ -80,9 +80,9 @@ inline Frame frame_of(int32_t u, int32_t v) {
   return f;
 }
 
-// a where the mask is all ones, b where it is zero: by bits, since compilers make no vectors of `?:` between values that
-// took floating point operations, which might trap.
-// Without vectors WebAssembly selects faster than it computes.
+// a where the mask is all ones, b where it is zero: by bits, since compilers make no vectors of `?:` between
+// values that took floating point operations, which might trap. Without vectors WebAssembly selects faster
+// than it computes.
 inline float pick(int32_t mask, float a, float b) {
 #if defined(__wasm__) && !defined(__wasm_simd128__)
   return mask ? a : b;

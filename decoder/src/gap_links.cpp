@@ -171,8 +171,8 @@ void start_faces(Gaps& g) {
   for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.next_corner[g.corner_of(s)] = kNone;
 }
 
-// The corner from which a rim comes to the node where `slot` is, to leave by the slot once its link is put in: it comes
-// by the link above, or by the border if there is none.
+// The corner from which a rim comes to the node where `slot` is, to leave by the slot once its link is put
+// in: it comes by the link above, or by the border if there is none.
 uint32_t corner_before(const Gaps& g, uint32_t node, uint32_t slot) {
   for (uint32_t above = slot + 1; above < g.slot_begin[node + 1]; above++)
     if (g.is_in(above)) return g.corner_of(g.slots[above].twin);

@@ -6,7 +6,8 @@
 namespace relief {
 namespace {
 
-constexpr int kMaxVisits = 4096;  // cells and nodes that one search looks at; only hostile streams need so many
+constexpr int kMaxVisits =
+    4096;  // cells and nodes that one search looks at; only hostile streams need so many
 
 uint32_t hash_cell(const Gaps& g, int32_t x, int32_t y, int32_t z) {
   return (uint32_t(x) * 73856093u ^ uint32_t(y) * 19349663u ^ uint32_t(z) * 83492791u) & g.hash_mask;

@@ -66,9 +66,9 @@ struct Gaps {
   Link* links;
   uint32_t link_count, link_capacity;
   Slot* slots;
-  // by corner. A corner is a place on a face's rim where it leaves a node: number v leaves node v along the border,
-  // backwards, and number count + s by the link of slot s. Rims are lists: the next corner, or kNone while the link is
-  // not put in.
+  // by corner. A corner is a place on a face's rim where it leaves a node: number v leaves node v along the
+  // border, backwards, and number count + s by the link of slot s. Rims are lists: the next corner, or kNone
+  // while the link is not put in.
   uint32_t *next_corner, *face_of_corner;
   Diagonal* diagonal;
   uint32_t diagonal_count, diagonal_capacity;

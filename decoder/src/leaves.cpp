@@ -3,7 +3,8 @@
 #include "diagonal.h"
 #include "wavelet.h"
 
-// A level without vectors costs space in a module that has them, and its absence nothing: only tests ask for it.
+// A level without vectors costs space in a module that has them, and its absence nothing: only tests ask for
+// it.
 #if defined(__wasm__) && defined(__wasm_simd128__)
 #define RELIEF_SCALAR_LEAVES 0
 #else
@@ -64,15 +65,19 @@ namespace avx2 {
 const Leaves* leaves_of(Level level) {
   switch (level) {
 #if RELIEF_SCALAR_LEAVES
-    case Level::kScalar: return &scalar::kLeaves;
+    case Level::kScalar:
+      return &scalar::kLeaves;
 #endif
 #if RELIEF_VECTOR_LEAVES
-    case Level::kVector: return &vector::kLeaves;
+    case Level::kVector:
+      return &vector::kLeaves;
 #endif
 #if RELIEF_AVX2_LEAVES
-    case Level::kAvx2: return __builtin_cpu_supports("avx2") ? &avx2::kLeaves : nullptr;
+    case Level::kAvx2:
+      return __builtin_cpu_supports("avx2") ? &avx2::kLeaves : nullptr;
 #endif
-    default: return nullptr;
+    default:
+      return nullptr;
   }
 }
 

@@ -1,16 +1,17 @@
-// The innermost loops of the decoder, over rows of numbers: the only code that is compiled for several instruction sets.
+// The innermost loops of the decoder, over rows of numbers: the only code that is compiled for several
+// instruction sets.
 //
-// leaves.inc has them as plain loops and is compiled once a level: without vectors (the reference), for what every
-// processor of the architecture has (SSE2, NEON, WebAssembly SIMD), and on x86-64 for AVX2 as well. Integers, and
-// floating point without reassociation or fused operations: all levels give the same bits.
+// leaves.inc has them as plain loops and is compiled once a level: without vectors (the reference), for what
+// every processor of the architecture has (SSE2, NEON, WebAssembly SIMD), and on x86-64 for AVX2 as well.
+// Integers, and floating point without reassociation or fused operations: all levels give the same bits.
 #pragma once
 #include <stddef.h>
 #include <stdint.h>
 
 namespace relief {
 
-// Weights of the magnitudes around a place of a band: of the one there, of the sum of those to the left and right, and of
-// the sum of those above and below.
+// Weights of the magnitudes around a place of a band: of the one there, of the sum of those to the left and
+// right, and of the sum of those above and below.
 struct AroundWeights {
   uint8_t here, across, down;
 };
@@ -19,13 +20,13 @@ struct AboveWeights {
   uint8_t N, NW, NE, NN;
 };
 
-// Weighted sums of magnitudes are exact below kSumCap, and at least kSumCap where they are more: magnitudes are cut
-// at 4095, and so, about, are their products with a weight. Sixteen terms fit 16 bits.
+// Weighted sums of magnitudes are exact below kSumCap, and at least kSumCap where they are more: magnitudes
+// are cut at 4095, and so, about, are their products with a weight. Sixteen terms fit 16 bits.
 constexpr int kMagnitudeCap = 4095;
 constexpr uint32_t kSumCap = 3072;
 
-// A row to be lifted, its neighbours, and the masks of the rows around. Where a row is beyond the ends, its mask is zero
-// and its values may be any row.
+// A row to be lifted, its neighbours, and the masks of the rows around. Where a row is beyond the ends, its
+// mask is zero and its values may be any row.
 struct LiftedRow {
   float* values;
   const float *up, *down, *up3, *down3;
@@ -40,18 +41,19 @@ struct RowFrame {
 
 constexpr uint32_t kBlock = 8;
 
-// The loops over spans of coefficients work on blocks of this many, beyond n up to the end of the last one. In a pyramid
-// there is always a plane behind the one read, and margins.
+// The loops over spans of coefficients work on blocks of this many, beyond n up to the end of the last one.
+// In a pyramid there is always a plane behind the one read, and margins.
 constexpr uint32_t kSpanBlock = 16;
 
 struct Leaves {
   // out[i] = min(|q[i]|, kMagnitudeCap)
   void (*magnitudes)(const int32_t* q, uint16_t* out, uint32_t n);
 
-  // The share of a row above in the contexts of a row: its magnitudes from `above[-1]` to `above[n]` and those of the
-  // row above it. sum: weighted. near: min(N, 3) << 2 | min(NW, 1) << 4 | min(NE, 1) << 5 | min(NN, 3) << 6.
-  void (*weigh_above)(const uint16_t* above, const uint16_t* above2, AboveWeights weights, uint16_t* sum, uint8_t* near,
-                      uint32_t n);
+  // The share of a row above in the contexts of a row: its magnitudes from `above[-1]` to `above[n]` and
+  // those of the row above it. sum: weighted. near: min(N, 3) << 2 | min(NW, 1) << 4 | min(NE, 1) << 5 |
+  // min(NN, 3) << 6.
+  void (*weigh_above)(const uint16_t* above, const uint16_t* above2, AboveWeights weights, uint16_t* sum,
+                      uint8_t* near, uint32_t n);
 
   // Adds the weighted magnitudes around the places of a row; `here` from [-1] to [n].
   void (*weigh_around)(const uint16_t* up, const uint16_t* here, const uint16_t* down, AroundWeights weights,
@@ -68,9 +70,9 @@ struct Leaves {
 
   void (*dequantise)(const int32_t* q, float step, float* out, uint32_t n);
 
-  // Scales two rows of coefficients before lifting, in place: an even one, and an odd one unless it is null. mask: of the
-  // even row, rows stride apart. A sample without a neighbour above and below is in the even row, wherever it belongs.
-  // n: a multiple of kBlock; values outside of the mask mean nothing.
+  // Scales two rows of coefficients before lifting, in place: an even one, and an odd one unless it is null.
+  // mask: of the even row, rows stride apart. A sample without a neighbour above and below is in the even
+  // row, wherever it belongs. n: a multiple of kBlock; values outside of the mask mean nothing.
   void (*scale_rows)(float* even, float* odd, const uint8_t* mask, ptrdiff_t stride, uint32_t n);
 
   // One lifting step of a row by the rows above and below. n: a multiple of kBlock.
@@ -98,10 +100,10 @@ struct Leaves {
   // 1 for covered cells that have a side without a covered cell across.
   void (*border_cells)(const uint8_t* cells, ptrdiff_t stride, uint8_t* border, uint32_t n);
 
-  // The predicted diagonals of cells (see diagonal.h): 1 for the main one, also where a pixel for the prediction is
-  // missing. z, mask: of the cell's first pixel.
-  void (*diagonals)(const int32_t* z, ptrdiff_t z_stride, const uint8_t* mask, ptrdiff_t stride, uint8_t* main,
-                    uint32_t n);
+  // The predicted diagonals of cells (see diagonal.h): 1 for the main one, also where a pixel for the
+  // prediction is missing. z, mask: of the cell's first pixel.
+  void (*diagonals)(const int32_t* z, ptrdiff_t z_stride, const uint8_t* mask, ptrdiff_t stride,
+                    uint8_t* main, uint32_t n);
 
   // Vectors of 3 floats to unit length, (.., .., 1) where the square of the length is zero.
   void (*normalise)(float* vectors, uint32_t n);

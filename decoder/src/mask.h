@@ -34,8 +34,9 @@ inline uint32_t pack_pixels(const uint8_t* p) {
   return uint32_t(v * 0x0102040810204080u >> 56);
 }
 
-// The pixels around one, as bits from left to right: in the row above from x - 3 to x + 4, in the one above that from
-// x - 3 to x + 3, in the third from x - 1 to x + 1; `before`: those to the left, the nearest in bit 0.
+// The pixels around one, as bits from left to right: in the row above from x - 3 to x + 4, in the one above
+// that from x - 3 to x + 3, in the third from x - 1 to x + 1; `before`: those to the left, the nearest in bit
+// 0.
 struct Surroundings {
   uint32_t above, above2, above3, before;
 

@@ -22,8 +22,8 @@ struct Patch {
   const uint8_t* at(int x, int y) const { return mask + y * stride + x; }
   size_t pixel(int x, int y) const { return size_t(y) * size_t(w) + size_t(x); }
 
-  // Cell (x, y) has its pixels at (x, y) .. (x+1, y+1); covered if at least three are in the mask. The number of those,
-  // or 0. The last cell of a row, which is none, stands before the first of the next row as well.
+  // Cell (x, y) has its pixels at (x, y) .. (x+1, y+1); covered if at least three are in the mask. The number
+  // of those, or 0. The last cell of a row, which is none, stands before the first of the next row as well.
   uint8_t* cells(int y) const { return s.cells + 1 + ptrdiff_t(w) * (y + 1); }
   bool covered(int x, int y) const { return cells(y)[x] != 0; }
   // A row of flags, behind the cells.
@@ -201,7 +201,8 @@ uint32_t node_at(const Patch& p, int x, int y, uint32_t run) {
   return node;
 }
 
-// The sides of a cell with no covered cell across, counter-clockwise. False if the border touches itself there.
+// The sides of a cell with no covered cell across, counter-clockwise. False if the border touches itself
+// there.
 bool add_sides(const Patch& p, int x, int y) {
   const uint8_t* m = p.at(x, y);
   const bool a = m[0], b = m[1], c = m[p.stride], d = m[p.stride + 1];

@@ -59,7 +59,8 @@ inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* we
 // Codes a bit. Models adapt up to the count Limit; the weights follow the error by gradient descent, at the
 // rate 2^-Rate.
 template <int N, uint32_t Limit, int Rate, class Coder>
-RELIEF_INLINE int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight, int bit) {
+RELIEF_INLINE int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight,
+                             int bit) {
   constexpr int32_t kMostWeight = 1 << 24;  // never reached but by hostile bytes
   const Mixed<N> mixed = mix<N>(logistic, m, weight);
   bit = coder.code(bit, uint32_t(mixed.p12) << 4);

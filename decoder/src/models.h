@@ -61,8 +61,8 @@ inline void model_update(Model& m, int bit) {
   m += (uint32_t(step) << 10) + (count < Limit);  // neither part spills into the other
 }
 
-// A coder for the length of a loop. Of the decoder it is a copy, written back at the end: stores through other pointers
-// cannot change it, so that its state stays in registers.
+// A coder for the length of a loop. Of the decoder it is a copy, written back at the end: stores through
+// other pointers cannot change it, so that its state stays in registers.
 template <class Coder, bool Encoding = Coder::kEncoding>
 class CoderCopy {
  public:

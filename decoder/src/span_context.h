@@ -1,5 +1,5 @@
-// Contexts of coefficients by spans of a row: all that is known before the row is coded comes from loops over the rows
-// around. What context_at finds for one coefficient is the definition.
+// Contexts of coefficients by spans of a row: all that is known before the row is coded comes from loops over
+// the rows around. What context_at finds for one coefficient is the definition.
 #pragma once
 #include "coefficients.h"
 #include "leaves.h"
@@ -37,7 +37,8 @@ class SpanContext {
   }
 
   // The context of the i-th, but for its sign, after the magnitudes W and WW before it in the row.
-  Context at(uint32_t i, const CoefficientModels& models, const ActivityWeights& k, uint32_t W, uint32_t WW) const {
+  Context at(uint32_t i, const CoefficientModels& models, const ActivityWeights& k, uint32_t W,
+             uint32_t WW) const {
     Context r;
     r.edge = edge_[i];
     const uint32_t e = sum_[i] + k.W * W + k.WW * WW;
@@ -48,8 +49,8 @@ class SpanContext {
   }
 
  private:
-  static void add_around(const Leaves& leaves, const int32_t* t, ptrdiff_t stride, AroundWeights weights, uint16_t* sum,
-                         uint32_t n) {
+  static void add_around(const Leaves& leaves, const int32_t* t, ptrdiff_t stride, AroundWeights weights,
+                         uint16_t* sum, uint32_t n) {
     uint16_t up[kMost], here[kMost + kSpanBlock], down[kMost];
     leaves.magnitudes(t - stride, up, n);
     leaves.magnitudes(t - 1, here, n + 2);
@@ -58,8 +59,8 @@ class SpanContext {
   }
 
   // The band of the coarser level from (x, y) on; beyond its ends its last row and column count again.
-  void add_parent(const Leaves& leaves, const Band& up, const int32_t* q, const ActivityWeights& k, uint32_t x,
-                  uint32_t y, uint32_t n) {
+  void add_parent(const Leaves& leaves, const Band& up, const int32_t* q, const ActivityWeights& k,
+                  uint32_t x, uint32_t y, uint32_t n) {
     if (!up.width || !up.height) return;
     if (x >= up.width) x = up.width - 1;
     if (y >= up.height) y = up.height - 1;
@@ -76,8 +77,8 @@ class SpanContext {
 
 // Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
 template <class Coder>
-bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m, int level,
-               int type, const Leaves& leaves = best_leaves()) {
+bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m,
+               int level, int type, const Leaves& leaves = best_leaves()) {
   const Band& b = p.high[level][type];
   const ActivityWeights& k = kActivityWeights[type];
   CoderCopy<Coder> coder(outer);

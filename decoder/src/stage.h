@@ -1,5 +1,5 @@
-// The stages of a decode, for those who ask where the time goes: bench/decode_stages compiles the decoder with
-// RELIEF_STAGES and is called at the end of each. Elsewhere nothing is left of it.
+// The stages of a decode, for those who ask where the time goes: bench/decode_stages compiles the decoder
+// with RELIEF_STAGES and is called at the end of each. Elsewhere nothing is left of it.
 #pragma once
 
 namespace relief {

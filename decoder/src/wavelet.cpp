@@ -19,7 +19,8 @@ void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch, const Leaves& l
     const Band& in = p.low[l];
     const uint32_t lw = (in.width + 1) / 2, hw = in.width / 2, h = in.height;
     uint8_t *const lo = scratch, *const hi = scratch + size_t(lw) * (h + 2);
-    for (uint32_t y = 0; y < h; y++) leaves.split_mask(m + in.at(0, y), lo + size_t(y) * lw, hi + size_t(y) * hw, in.width);
+    for (uint32_t y = 0; y < h; y++)
+      leaves.split_mask(m + in.at(0, y), lo + size_t(y) * lw, hi + size_t(y) * hw, in.width);
     memset(lo + size_t(h) * lw, 0, 2 * lw);
     memset(hi + size_t(h) * hw, 0, 2 * hw);
     auto columns = [&](const uint8_t* s, uint32_t w, const Band& even, const Band& odd) {
@@ -100,19 +101,20 @@ void half_masks(const Leaves& leaves, const Band& in, const uint8_t* m, const Ha
     memset(half->mask - around, 0, 2 * around + size_t(half->height) * half->stride);
   }
   for (uint32_t y = 0; y < in.height; y++)
-    leaves.split_mask(m + in.at(0, y), low.mask + size_t(y) * low.stride, high.mask + size_t(y) * high.stride, in.width);
+    leaves.split_mask(m + in.at(0, y), low.mask + size_t(y) * low.stride, high.mask + size_t(y) * high.stride,
+                      in.width);
 }
 
 }  // namespace
 
-const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step,
-                             float* scratch, const Leaves& leaves) {
+const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
+                             const Leaves& leaves) {
   const uint32_t w0 = p.low[0].width, h0 = p.low[0].height;
   const size_t most = half_stride((w0 + 1) / 2);
-  float* const out = scratch;                   // w0 * h0
-  float* const lows = out + size_t(w0) * h0;    // the low half
-  float* const highs = lows + most * h0;        // the high half
-  float* const coarser = highs + most * h0;     // what the level before gave
+  float* const out = scratch;                 // w0 * h0
+  float* const lows = out + size_t(w0) * h0;  // the low half
+  float* const highs = lows + most * h0;      // the high half
+  float* const coarser = highs + most * h0;   // what the level before gave
   uint8_t* const masks = reinterpret_cast<uint8_t*>(coarser + size_t((w0 + 1) / 2) * ((h0 + 1) / 2));
   for (int l = kLevels - 1; l >= 0; l--) {
     const Band& in = p.low[l];

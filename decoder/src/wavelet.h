@@ -29,8 +29,8 @@ void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch, const Leaves& l
 //   step      quantisation step of the patch, lattice units
 //   scratch   wavelet_scratch(w, h) floats
 // Returns elevations, row by row without margin (inside scratch), undefined outside of the mask.
-const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step,
-                             float* scratch, const Leaves& leaves = best_leaves());
+const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
+                             const Leaves& leaves = best_leaves());
 
 // Samples of a row of a half, with those that fill its last block.
 constexpr size_t half_stride(size_t w) { return (w + kBlock - 1) / kBlock * kBlock; }
