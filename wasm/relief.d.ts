@@ -65,8 +65,8 @@ export interface ReliefDecoder {
 
 /**
  * Makes a decoder.
- * @param source relief.wasm as bytes, as a compiled module, or as an address to fetch; by default the file relief.wasm
- * beside this module.
+ * @param source relief.wasm or relief-simd.wasm as bytes, as a compiled module, or as an address to fetch; by default the
+ * file beside this module: relief-simd.wasm where WebAssembly has vectors, else relief.wasm. Both give the same bytes.
  */
 export function createReliefDecoder(
   source?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module,
