@@ -163,19 +163,17 @@ void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
   for (int q = 0; q < 4; q++) {  // the cells around: q-th spans kRing[2q] .. kRing[2q + 2]
     const int cx = q == 0 || q == 3 ? x : x - 1, cy = q < 2 ? y : y - 1;
     if (!p.covered(cx, cy)) continue;
-    double previous[3], here[3], c[3];
-    bool have = false;
+    double previous[3] = {0, 0, 0}, here[3], c[3];  // with the first there is no triangle: no area
     for (int k = 2 * q; k <= 2 * q + 2; k++) {
       const int nx = x + kRing[k][0], ny = y + kRing[k][1];
       if (!*p.at(nx, ny)) continue;
       const float* const v = position(nx, ny);
       for (int i = 0; i < 3; i++) here[i] = double(v[i]) - double(centre[i]);
-      if (have) {
-        cross(previous, here, c);
-        for (int i = 0; i < 3; i++) sum[i] += c[i];
+      cross(previous, here, c);
+      for (int i = 0; i < 3; i++) {
+        sum[i] += c[i];
+        previous[i] = here[i];
       }
-      for (int i = 0; i < 3; i++) previous[i] = here[i];
-      have = true;
     }
   }
   unit_vector(sum, out);
