@@ -59,7 +59,10 @@ export class ReliefError extends Error {
 export interface ReliefDecoder {
   /** Reads the header of a stream. Throws ReliefError. */
   inspect(stream: Uint8Array | ArrayBuffer, limits?: ReliefLimits): ReliefInfo;
-  /** Decodes a stream, or a prefix of one. The arrays belong to the caller. Throws ReliefError. */
+  /**
+   * Decodes a stream, or a prefix of one. The arrays belong to the caller. Throws ReliefError. Whatever the limits are, a
+   * stream that asks for more than 1 GiB and 64 KiB for each of its bytes is over the LIMIT.
+   */
   decode(stream: Uint8Array | ArrayBuffer, options?: ReliefDecodeOptions): ReliefMesh;
 }
 

@@ -6,6 +6,9 @@
 const STATUS = ['OK', 'ARGUMENT', 'TRUNCATED', 'MAGIC', 'VERSION', 'CORRUPT', 'LIMIT', 'WORKSPACE', 'OUTPUT'];
 const LIMITS_BYTES = 12, INFO_BYTES = 64, MESH_BYTES = 28;  // sizes of the C structures, checked in exports.cpp
 const DEFAULT_LIMITS = { maxPatches: 2 ** 20, maxPixels: 2 ** 28, maxVertices: 2 ** 27 };
+// What a stream may ask for, as in the C++ library: the limits let a few bytes ask for more than a machine has. Scans take
+// some KB for each byte of their streams.
+const MOST_BYTES = 2 ** 30, MOST_BYTES_A_BYTE = 2 ** 16;
 const KEEP_BYTES = 64 << 20;  // WebAssembly memory never shrinks: an instance that grew beyond this is let go
 
 export class ReliefError extends Error {
@@ -110,6 +113,10 @@ function inspect(wasm, input) {
 function decode(wasm, stream, { normals = true, limits }) {
   const input = place(wasm, stream, limits);
   const info = inspect(wasm, input);
+  const asked = info.workspaceBytes + 24 * info.vertexCapacity + 12 * info.triangleCapacity;
+  if (asked > MOST_BYTES + MOST_BYTES_A_BYTE * input.size) {
+    throw new ReliefError('LIMIT', 'the stream asks for more memory than one of its size may');
+  }
   const positionsAt = allocate(wasm, info.vertexCapacity * 12);
   const normalsAt = normals ? allocate(wasm, info.vertexCapacity * 12) : 0;
   const indicesAt = allocate(wasm, info.triangleCapacity * 12);

@@ -145,6 +145,44 @@ test('memory that cannot grow is refused, and taken back afterwards', async () =
   assert.ok(exports.memory.buffer.byteLength >= first + (1 << 20));
 });
 
+// A stream that promises one patch of 2048 x 1024 pixels, all of them in the mask, and so many of them on its border.
+function greedyStream(nodes, tableBytes) {
+  const header = new DataView(new ArrayBuffer(29));
+  [0x52, 0x4c, 0x46, 0, 1].forEach((byte, i) => header.setUint8(i, byte));
+  [0, 0, 0, 1, 8, 1].forEach((value, i) => header.setFloat32(5 + 4 * i, value, true));  // origin, scale, spacing, step
+  const varint = value => (value < 128 ? [value] : [value % 128 + 128, ...varint(Math.floor(value / 128))]);
+  const counts = [1, 2048 * 1024, nodes, 3, 1, tableBytes, 0, 0].flatMap(varint);
+  const table = [128, 128, 64, 7, 255, 128, 31, 255, 128];  // the patch; of masks there is nothing
+  return Uint8Array.from([...new Uint8Array(header.buffer), ...counts, ...table, ...new Array(tableBytes - table.length).fill(0)]);
+}
+
+test('a stream that asks for more memory than its size warrants is refused, whatever the limits', async () => {
+  const decoder = await createReliefDecoder();
+  const asked = bytes => {
+    const info = decoder.inspect(bytes);
+    assert.equal(info.pixelCount, 2048 * 1024);
+    return info.workspaceBytes + 24 * info.vertexCapacity + 12 * info.triangleCapacity;
+  };
+  for (const tableBytes of [1000, 5000]) {
+    const overdone = nodes => {
+      const bytes = greedyStream(nodes, tableBytes);
+      return asked(bytes) > 2 ** 30 + 2 ** 16 * bytes.length;
+    };
+    let few = 0, many = 2048 * 1024;  // the last number of nodes that is warranted, and the first that is not
+    assert.ok(!overdone(few) && overdone(many));
+    while (many - few > 1) {
+      const middle = (few + many) >> 1;
+      if (overdone(middle)) many = middle;
+      else few = middle;
+    }
+    const below = greedyStream(few, tableBytes), above = greedyStream(many, tableBytes);
+    assert.equal(codeOf(() => decoder.decode(above)), 'LIMIT');
+    assert.equal(codeOf(() => decoder.decode(above, { limits: { maxVertices: 2 ** 32 - 1 } })), 'LIMIT');
+    assert.equal(codeOf(() => decoder.decode(below)), 'CORRUPT');  // tried, and there are no masks
+  }
+  assert.equal(codeOf(() => decoder.decode(stream)), 'OK');
+});
+
 test('two decoders do not disturb each other', async () => {
   const [one, two] = [await createReliefDecoder(), await createReliefDecoder()];
   const expected = one.decode(stream);
