@@ -559,7 +559,8 @@ std::vector<uint8_t> decode_bytes_with(const Leaves& leaves, const std::vector<u
   std::vector<Block> workspace((info.workspace_bytes + 15) / 16);
   relief_mesh mesh = {
       positions.data(), normals.data(), indices.data(), info.vertex_capacity, info.triangle_capacity, 0, 0};
-  EXPECT_EQ(decode_with(leaves, stream.data(), stream.size(), &mesh, workspace.data(), info.workspace_bytes),
+  EXPECT_EQ(decode_with(leaves, false, stream.data(), stream.size(), nullptr, &mesh, workspace.data(),
+                        info.workspace_bytes),
             RELIEF_OK);
   std::vector<uint8_t> bytes;
   auto add = [&](const void* data, size_t size) {

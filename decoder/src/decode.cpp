@@ -172,9 +172,10 @@ const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data) {
   return parsed.cut ? nullptr : data + parsed.coefficients_begin + parsed.coefficient_bytes;
 }
 
-relief_status decode_with(const Leaves& leaves, const void* data, size_t size, relief_mesh* mesh,
-                          void* workspace, size_t workspace_size) {
-  return decode(data, size, nullptr, mesh, workspace, workspace_size, nullptr, leaves);
+relief_status decode_with(const Leaves& leaves, bool smooth, const void* data, size_t size,
+                          const relief_limits* limits, relief_mesh* mesh, void* workspace,
+                          size_t workspace_size) {
+  return decode(data, size, limits, mesh, workspace, workspace_size, smooth ? smooth_nodes : nullptr, leaves);
 }
 
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,

@@ -20,9 +20,10 @@ struct OpenPatches {
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                              void* workspace, size_t workspace_size, OpenPatches& open);
 
-// relief_decode with the leaves of a given level, for tests.
-relief_status decode_with(const Leaves& leaves, const void* data, size_t size, relief_mesh* mesh,
-                          void* workspace, size_t workspace_size);
+// relief_decode, or relief_decode_smoothed, with the leaves of a given level, for tests.
+relief_status decode_with(const Leaves& leaves, bool smooth, const void* data, size_t size,
+                          const relief_limits* limits, relief_mesh* mesh, void* workspace,
+                          size_t workspace_size);
 
 // The stream's own seams; null if they are missing or cut.
 const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data);
