@@ -11,13 +11,13 @@
 #include "code/quantise.h"
 #include "code/range_encoder.h"
 #include "code/stream.h"
-#include "coefficients.h"
 #include "container.h"
 #include "decoded.h"
 #include "golden.h"
 #include "mask.h"
 #include "patch_table.h"
 #include "resample/elevation_map.h"
+#include "span_context.h"
 
 namespace relief {
 namespace {

@@ -1,9 +1,11 @@
-// decode_hash [--limits PATCHES PIXELS VERTICES] [--smooth] FILE...: decodes bare streams and prints for each
-// a line: the SHA-256 of what it decodes to (see golden/README.md), or the number of the error.
-// tests/reference/decode.py is its twin.
+// decode_hash [--limits PATCHES PIXELS VERTICES] [--smooth] [--leaves scalar|vector|avx2] FILE...: decodes
+// bare streams and prints for each a line: the SHA-256 of what it decodes to (see golden/README.md), or the
+// number of the error. tests/reference/decode.py is its twin. Status 3: no such leaves in this build or
+// machine.
 #include <cstdio>
 #include <cstring>
 
+#include "decode.h"
 #include "decoded.h"
 #include "golden.h"
 
@@ -11,6 +13,7 @@ int main(int argc, char** argv) {
   using namespace relief;
   relief_limits limits = relief_default_limits;
   bool smooth = false;
+  const Leaves* leaves = &best_leaves();
   int i = 1;
   for (; i < argc && argv[i][0] == '-'; i++) {
     if (!std::strcmp(argv[i], "--smooth")) {
@@ -18,14 +21,24 @@ int main(int argc, char** argv) {
     } else if (!std::strcmp(argv[i], "--limits") && i + 3 < argc) {
       for (uint32_t* limit : {&limits.max_patches, &limits.max_pixels, &limits.max_vertices})
         *limit = uint32_t(std::strtoul(argv[++i], nullptr, 10));
+    } else if (!std::strcmp(argv[i], "--leaves") && i + 1 < argc) {
+      const std::string level = argv[++i];
+      leaves = leaves_of(level == "avx2"     ? Level::kAvx2
+                         : level == "vector" ? Level::kVector
+                                             : Level::kScalar);
+      if (!leaves) return 3;
     } else {
-      std::fprintf(stderr, "usage: decode_hash [--limits PATCHES PIXELS VERTICES] [--smooth] FILE...\n");
+      std::fprintf(stderr,
+                   "usage: decode_hash [--limits PATCHES PIXELS VERTICES] [--smooth] "
+                   "[--leaves scalar|vector|avx2] FILE...\n");
       return 2;
     }
   }
   for (; i < argc; i++) {
     const std::vector<uint8_t> bytes = read_bytes(argv[i]);
-    const Decoded d = decode_exactly(bytes.data(), bytes.size(), &limits, smooth);
+    const Decoded d = decode_exactly_by(bytes.data(), bytes.size(), &limits, [&](auto... arguments) {
+      return decode_with(*leaves, smooth, arguments...);
+    });
     if (d.status == RELIEF_OK)
       std::puts(hash_of(d).c_str());
     else

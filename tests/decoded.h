@@ -52,8 +52,9 @@ struct Decoded {
   size_t triangles() const { return indices.size() / 3; }
 };
 
-inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr,
-                              bool smooth = false) {
+// decode: relief_decode or one like it.
+template <class Decode>
+Decoded decode_exactly_by(const void* data, size_t size, const relief_limits* limits, Decode decode) {
   Decoded d;
   const HeapBlock stream(data, size);
   const void* bytes = stream.data();
@@ -69,13 +70,17 @@ inline Decoded decode_exactly(const void* data, size_t size, const relief_limits
                       d.info.triangle_capacity,
                       0,
                       0};
-  auto* const decode = smooth ? relief_decode_smoothed : relief_decode;
   d.status = decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
   if (d.status != RELIEF_OK) return d;
   d.positions.assign(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
   d.normals.assign(mesh.normals, mesh.normals + 3 * size_t(mesh.vertex_count));
   d.indices.assign(mesh.indices, mesh.indices + 3 * size_t(mesh.triangle_count));
   return d;
+}
+
+inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr,
+                              bool smooth = false) {
+  return decode_exactly_by(data, size, limits, smooth ? relief_decode_smoothed : relief_decode);
 }
 
 // A mesh by its corners: an entry for each directed edge from -> to with the third corner of its triangle,

@@ -9,6 +9,7 @@
 
 #include "coefficients.h"
 #include "container.h"
+#include "decode.h"
 #include "decoded.h"
 #include "golden.h"
 #include "wavelet.h"
@@ -535,6 +536,123 @@ TEST(Document, ListsTheGoldenStreams) {
     const std::string line =
         "| " + g.name + ".relief | " + std::to_string(g.stream.size()) + " | `" + g.hash + "` |";
     EXPECT_NE(text.find(line), std::string::npos) << "section 16 has no line\n" << line;
+  }
+}
+
+// --- the leaves: every level that this machine has gives what the one without vectors gives ---
+
+std::vector<std::pair<std::string, const Leaves*>> vector_levels() {
+  std::vector<std::pair<std::string, const Leaves*>> levels;
+  if (const Leaves* leaves = leaves_of(Level::kVector)) levels.emplace_back("vector", leaves);
+  if (const Leaves* leaves = leaves_of(Level::kAvx2)) levels.emplace_back("AVX2", leaves);
+  return levels;
+}
+
+std::vector<uint8_t> decode_bytes_with(const Leaves& leaves, const std::vector<uint8_t>& stream) {
+  relief_info info;
+  EXPECT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_OK);
+  std::vector<float> positions(3 * size_t(info.vertex_capacity)), normals(positions.size());
+  std::vector<uint32_t> indices(3 * size_t(info.triangle_capacity));
+  struct alignas(16) Block {
+    uint8_t bytes[16];
+  };
+  std::vector<Block> workspace((info.workspace_bytes + 15) / 16);
+  relief_mesh mesh = {
+      positions.data(), normals.data(), indices.data(), info.vertex_capacity, info.triangle_capacity, 0, 0};
+  EXPECT_EQ(decode_with(leaves, false, stream.data(), stream.size(), nullptr, &mesh, workspace.data(),
+                        info.workspace_bytes),
+            RELIEF_OK);
+  std::vector<uint8_t> bytes;
+  auto add = [&](const void* data, size_t size) {
+    bytes.insert(bytes.end(), static_cast<const uint8_t*>(data), static_cast<const uint8_t*>(data) + size);
+  };
+  add(positions.data(), 12 * size_t(mesh.vertex_count));
+  add(normals.data(), 12 * size_t(mesh.vertex_count));
+  add(indices.data(), 12 * size_t(mesh.triangle_count));
+  return bytes;
+}
+
+TEST(Leaves, AllLevelsDecodeToTheSameBytes) {
+  const Leaves* scalar = leaves_of(Level::kScalar);
+  ASSERT_NE(scalar, nullptr);
+  for (const Golden& g : golden()) {
+    relief_info info;
+    ASSERT_EQ(relief_inspect(g.stream.data(), g.stream.size(), nullptr, &info), RELIEF_OK);
+    for (size_t size = g.stream.size(); size >= info.masks_end; size -= 1 + size / 5) {
+      const std::vector<uint8_t> prefix(g.stream.begin(), g.stream.begin() + ptrdiff_t(size));
+      const std::vector<uint8_t> expected = decode_bytes_with(*scalar, prefix);
+      for (const auto& [name, leaves] : vector_levels())
+        EXPECT_EQ(decode_bytes_with(*leaves, prefix), expected)
+            << g.name << ", " << size << " bytes, " << name;
+    }
+  }
+}
+
+// What a leaf may be given and golden streams do not have: large values, every length, ragged masks.
+TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
+  std::mt19937 random(7);
+  constexpr size_t kMost = 80, kRows = 9;
+  const Leaves& scalar = *leaves_of(Level::kScalar);
+  for (int round = 0; round < 400; round++) {
+    const uint32_t n = 1 + random() % 64, blocks = (n + kBlock - 1) / kBlock * kBlock;
+    std::vector<int32_t> q(kMost * kRows);
+    std::vector<float> values(kMost * kRows);
+    std::vector<uint8_t> mask(kMost * kRows);
+    std::vector<uint16_t> magnitudes(kMost * kRows);
+    for (size_t i = 0; i < q.size(); i++) {
+      q[i] = int32_t(random() >> (11 + random() % 21)) * (random() & 1 ? 1 : -1);
+      values[i] = float(q[i]) * 0.37f;
+      mask[i] = random() % 8 != 0 || round % 3 == 0;
+      magnitudes[i] = uint16_t(random() % (kMagnitudeCap + 1));
+    }
+    const size_t middle = 4 * kMost + 2;
+    // runs a leaf on copies and appends all that it may have written
+    auto run = [&](const Leaves& leaves) {
+      std::vector<double> out;
+      auto keep = [&](const auto& v) { out.insert(out.end(), v.begin(), v.end()); };
+      std::vector<uint16_t> wide(kMost), sum(kMost, 5), halves(kMost, 6);
+      std::vector<uint8_t> near(kMost), edge(kMost), low(kMost), high(kMost), flags(kMost);
+      std::vector<int32_t> heights(kMost);
+      leaves.magnitudes(q.data() + middle, wide.data(), n);
+      leaves.weigh_above(&magnitudes[middle], &magnitudes[kMost], {50, 8, 30, 12}, sum.data(), near.data(),
+                         n);
+      leaves.weigh_around(&magnitudes[kMost], &magnitudes[middle], &magnitudes[6 * kMost], {12, 1, 0},
+                          sum.data(), n);
+      leaves.add_doubled(&magnitudes[middle], halves.data(), n);
+      leaves.edges(&mask[middle], kMost, edge.data(), n);
+      for (auto* v : {&wide, &sum, &halves}) v->resize(n), keep(*v);
+      near.resize(n), edge.resize(n), keep(near), keep(edge);
+      leaves.split_mask(&mask[middle], low.data(), high.data(), n);
+      keep(low), keep(high);
+      std::vector<float> rows(values);
+      leaves.dequantise(&q[middle], 1.7f, &rows[middle], n);
+      leaves.scale_rows(&rows[2 * kMost], round & 1 ? &rows[3 * kMost] : nullptr, &mask[middle], kMost,
+                        blocks);
+      float* const row = &rows[4 * kMost];
+      leaves.lift_row({row, row - kMost, row + kMost, row - 3 * kMost, row + 3 * kMost, &mask[middle], kMost},
+                      0.443f, round & 1, blocks);
+      leaves.inverse_row(&mask[middle], n, &rows[5 * kMost], &rows[6 * kMost], &rows[7 * kMost]);
+      leaves.normalise(&rows[0], n / 3);
+      leaves.place(&values[3], 0.3f, &rows[kMost], n / 3);
+      keep(rows);
+      std::vector<float> placed(3 * kMost);
+      leaves.place_row({{1, 2, 3}, {0.5f, -7, 11}, {0.6f, 0, -0.8f}}, -9, &values[middle], placed.data(), n);
+      keep(placed);
+      leaves.heights(&values[middle], heights.data(), n);
+      keep(heights);
+      leaves.count_cells(&mask[middle], kMost, flags.data(), n);
+      keep(flags), out.push_back(leaves.any_stray(&mask[middle], &mask[middle], kMost, n));
+      leaves.border_cells(&mask[middle], kMost, flags.data(), n);
+      keep(flags);
+      std::vector<int32_t> small(q);
+      for (int32_t& v : small) v %= kCoordinateLimit;
+      leaves.diagonals(&small[middle], kMost, &mask[middle], kMost, flags.data(), n);
+      keep(flags);
+      return out;
+    };
+    const std::vector<double> expected = run(scalar);
+    for (const auto& [name, leaves] : vector_levels())
+      ASSERT_EQ(run(*leaves), expected) << name << ", n = " << n;
   }
 }
 

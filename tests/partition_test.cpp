@@ -396,7 +396,7 @@ TEST(Overlap, CountsPixelsCoveredTwice) {
 }
 
 TEST(Partition, Igea) {
-  const char* path = "/work/shared/models/scan/igea.ply";
+  const char* path = RELIEF_SOURCE_DIR "/../shared/models/scan/igea.ply";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "skipped: no " << path;
   const Surface surface = build_surface(read_mesh(path));
   const Partition partition = checked_partition(surface);

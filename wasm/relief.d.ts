@@ -59,14 +59,17 @@ export class ReliefError extends Error {
 export interface ReliefDecoder {
   /** Reads the header of a stream. Throws ReliefError. */
   inspect(stream: Uint8Array | ArrayBuffer, limits?: ReliefLimits): ReliefInfo;
-  /** Decodes a stream, or a prefix of one. The arrays belong to the caller. Throws ReliefError. */
+  /**
+   * Decodes a stream, or a prefix of one. The arrays belong to the caller. Throws ReliefError. Whatever the limits are, a
+   * stream that asks for more than 1 GiB and 64 KiB for each of its bytes is over the LIMIT.
+   */
   decode(stream: Uint8Array | ArrayBuffer, options?: ReliefDecodeOptions): ReliefMesh;
 }
 
 /**
  * Makes a decoder.
- * @param source relief.wasm as bytes, as a compiled module, or as an address to fetch; by default the file relief.wasm
- * beside this module.
+ * @param source relief.wasm or relief-simd.wasm as bytes, as a compiled module, or as an address to fetch; by default the
+ * file beside this module: relief-simd.wasm where WebAssembly has vectors, else relief.wasm. Both give the same bytes.
  */
 export function createReliefDecoder(
   source?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module,

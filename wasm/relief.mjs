@@ -6,6 +6,9 @@
 const STATUS = ['OK', 'ARGUMENT', 'TRUNCATED', 'MAGIC', 'VERSION', 'CORRUPT', 'LIMIT', 'WORKSPACE', 'OUTPUT'];
 const LIMITS_BYTES = 12, INFO_BYTES = 64, MESH_BYTES = 28;  // sizes of the C structures, checked in exports.cpp
 const DEFAULT_LIMITS = { maxPatches: 2 ** 20, maxPixels: 2 ** 28, maxVertices: 2 ** 27 };
+// What a stream may ask for, as in the C++ library: the limits let a few bytes ask for more than a machine has. Scans take
+// some KB for each byte of their streams.
+const MOST_BYTES = 2 ** 30, MOST_BYTES_A_BYTE = 2 ** 16;
 const KEEP_BYTES = 64 << 20;  // WebAssembly memory never shrinks: an instance that grew beyond this is let go
 
 export class ReliefError extends Error {
@@ -16,7 +19,15 @@ export class ReliefError extends Error {
   }
 }
 
-export async function createReliefDecoder(source = new URL('./relief.wasm', import.meta.url)) {
+// A function that splats an i32 and counts bits: valid where WebAssembly has vectors.
+const SIMD_PROBE = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11);
+
+// Both addresses stand here in full, so that bundlers find the files.
+function moduleBeside() {
+  return WebAssembly.validate(SIMD_PROBE) ? new URL('./relief-simd.wasm', import.meta.url) : new URL('./relief.wasm', import.meta.url);
+}
+
+export async function createReliefDecoder(source = moduleBeside()) {
   const module = source instanceof WebAssembly.Module ? source : await WebAssembly.compile(await readBytes(source));
   const state = { module, instance: null };
   state.instance = await WebAssembly.instantiate(module);
@@ -102,6 +113,10 @@ function inspect(wasm, input) {
 function decode(wasm, stream, { normals = true, limits }) {
   const input = place(wasm, stream, limits);
   const info = inspect(wasm, input);
+  const asked = info.workspaceBytes + 24 * info.vertexCapacity + 12 * info.triangleCapacity;
+  if (asked > MOST_BYTES + MOST_BYTES_A_BYTE * input.size) {
+    throw new ReliefError('LIMIT', 'the stream asks for more memory than one of its size may');
+  }
   const positionsAt = allocate(wasm, info.vertexCapacity * 12);
   const normalsAt = normals ? allocate(wasm, info.vertexCapacity * 12) : 0;
   const indicesAt = allocate(wasm, info.triangleCapacity * 12);

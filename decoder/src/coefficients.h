@@ -3,6 +3,7 @@
 // Shared with the encoder.
 #pragma once
 #include "format.h"
+#include "leaves.h"
 #include "mixing.h"
 
 namespace relief {
@@ -28,11 +29,14 @@ constexpr int kActivityShift = 2;
 constexpr int kEdgeFactor = 205, kEdgeShift = 6;  // coefficients at the mask's edge are larger
 
 // Class of a weighted sum: two an octave.
-inline int activity_class(uint32_t e) {
+constexpr int activity_class(uint32_t e) {
   if (e < 2) return int(e);
   const int octave = 31 - __builtin_clz(e), c = 2 * octave + int(e >> (octave - 1) & 1);
   return c < kActivities ? c : kActivities - 1;
 }
+
+static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1,
+              "sums are cut where it makes no difference");
 
 // First guesses, in 1/65536 and 1/256: that a coefficient of a class is not zero; that a magnitude is greater
 // than 1, than 2, than any k beyond. Trained on scans; part of the format.
@@ -57,9 +61,14 @@ struct CoefficientModels {
   Model sign[3][9];
   Model tail[3][kGolombModels];
   Model low_zero[2], low[2][kGolombModels];
+  uint8_t class_of_sum[2][kSumCap + 1];  // activity, by mask edge and the sum of an activity's terms
 
-  void init() {
+  RELIEF_COLD void init() {
     logistic.init();
+    for (uint32_t e = 0; e <= kSumCap; e++) {
+      class_of_sum[0][e] = uint8_t(activity_class(e >> kActivityShift));
+      class_of_sum[1][e] = uint8_t(activity_class((e * kEdgeFactor >> kEdgeShift) >> kActivityShift));
+    }
     fresh(&zero_near[0][0], sizeof zero_near);
     fresh(&greater_near[0][0][0], sizeof greater_near);
     fresh(&sign[0][0], sizeof sign);
@@ -93,6 +102,10 @@ struct Context {
   int sign;
   bool edge;
 };
+
+inline int sign_context(const int32_t* c, ptrdiff_t stride) {
+  return 3 * ((c[-stride] > 0) - (c[-stride] < 0)) + (c[-1] > 0) - (c[-1] < 0) + 4;
+}
 
 // Gathers the context of the coefficient at (x, y) of band `type` at `level`. q: the patch's planes of
 // quantised coefficients, m: of masks (same layout).
@@ -132,7 +145,7 @@ inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, 
   r.activity = activity_class(e >> kActivityShift);
   auto cut = [](uint32_t v, uint32_t most) { return int(v < most ? v : most); };
   r.near = cut(W, 3) | cut(N, 3) << 2 | cut(NW, 1) << 4 | cut(NE, 1) << 5 | cut(WW + NN, 3) << 6;
-  r.sign = 3 * ((c[-s] > 0) - (c[-s] < 0)) + (c[-1] > 0) - (c[-1] < 0) + 4;
+  r.sign = sign_context(c, s);
   return r;
 }
 
@@ -158,15 +171,16 @@ inline BitModels greater_models(CoefficientModels& models, const Context& c, int
 
 // Where nothing around is coded, one model does: most coefficients are there.
 template <class Coder>
-inline int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
+RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b,
+                           int bit) {
   if (c.activity == 0) return code_bit<kCoefficientLimit>(coder, *b.m[0], bit);
   return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }
 
-// Codes one coefficient in its context.
+// Codes one coefficient in its context. Inlined, or else the coder's state would go through memory.
 template <class Coder>
-int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level, int type,
-                         int32_t v) {
+RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level,
+                                       int type, int32_t v) {
   const int32_t mag = magnitude(v);
   if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type), mag > 0)) return 0;
   const int negative = code_bit<kCoefficientLimit>(coder, models.sign[type][ctx.sign], v < 0);
@@ -174,30 +188,11 @@ int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context&
   while (k < kUnary &&
          code_bit(coder, models.logistic, ctx, greater_models(models, ctx, level, type, k), mag > k))
     k++;
-  if (k == kUnary) k += int32_t(code_golomb(coder, models.tail[type], uint32_t(mag - kUnary)));
-  return negative ? -k : k;
-}
-
-// Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
-template <class Coder>
-bool code_band(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m,
-               int level, int type) {
-  const Band& b = p.high[level][type];
-  for (uint32_t y = 0; y < b.height; y++) {
-    const size_t row = b.at(0, y);
-    for (uint32_t x = 0; x < b.width; x++) {
-      if (!m[row + x]) continue;
-      const Context ctx = context_at(p, q, m, level, type, x, y);
-      q[row + x] = code_coefficient(coder, models, ctx, level, type, q[row + x]);
-    }
-    if constexpr (!Coder::kEncoding) {
-      if (coder.exhausted()) {
-        for (uint32_t x = 0; x < b.width; x++) q[row + x] = 0;
-        return false;
-      }
-    }
+  if (k == kUnary) {
+    CoderCopy<Coder> copy(coder);  // only the copy's address is taken
+    k += int32_t(code_golomb(*copy, models.tail[type], uint32_t(mag - kUnary)));
   }
-  return true;
+  return negative ? -k : k;
 }
 
 // The prediction of a coefficient of the coarsest LL from its coded neighbours: a plane where there are
@@ -213,7 +208,8 @@ inline int32_t predict_low(const int32_t* c, const uint8_t* m, ptrdiff_t s) {
 
 // Codes the coarsest LL of a patch.
 template <class Coder>
-bool code_low(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m) {
+RELIEF_COLD bool code_low(Coder& coder, CoefficientModels& models, const Pyramid& p, int32_t* q,
+                          const uint8_t* m) {
   const Band& b = p.low[kLevels];
   for (uint32_t y = 0; y < b.height; y++)
     for (uint32_t x = 0; x < b.width; x++) {

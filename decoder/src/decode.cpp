@@ -3,13 +3,11 @@
 
 #include <string.h>
 
-#include "coefficients.h"
-#include "container.h"
-#include "gaps.h"
-#include "mask.h"
 #include "mesh.h"
 #include "normals.h"
+#include "planes.h"
 #include "smooth.h"
+#include "stage.h"
 #include "wavelet.h"
 
 namespace relief {
@@ -17,14 +15,8 @@ namespace {
 
 struct Workspace {
   PatchHeader* patches;
-  uint64_t* planes;  // offset of each patch's pyramid in q and mask
-  MaskModels* mask_models;
-  CoefficientModels* coefficient_models;
-  uint8_t* mask_buffer;
-  int32_t* q;
-  uint8_t* mask;
+  Planes planes;
   float* scratch;
-  uint8_t* mask_scratch;
   MeshScratch mesh;
   Nodes nodes;
   uint8_t* gaps;
@@ -35,14 +27,18 @@ uint64_t lay_out(Arena& a, const Parsed& parsed, Workspace& w) {
   const Totals& t = parsed.totals;
   const uint32_t patches = parsed.header.patch_count, nodes = parsed.header.boundary_nodes;
   w.patches = a.take<PatchHeader>(patches);
-  w.planes = a.take<uint64_t>(patches);
-  w.mask_models = a.take<MaskModels>(1);
-  w.coefficient_models = a.take<CoefficientModels>(1);
-  w.mask_buffer = a.take<uint8_t>(t.max_mask);
-  w.q = a.take<int32_t>(t.planes);
-  w.mask = a.take<uint8_t>(t.planes);
+  Planes& p = w.planes;
+  p.patches = w.patches;
+  p.patch_count = patches;
+  p.begin = a.take<uint64_t>(patches);
+  p.mask_models = a.take<MaskModels>(1);
+  p.coefficient_models = a.take<CoefficientModels>(1);
+  p.mask_buffer = a.take<uint8_t>(t.max_mask);
+  p.q = a.take<int32_t>(t.planes);
+  p.mask = a.take<uint8_t>(t.planes);
   w.scratch = a.take<float>(t.scratch);
-  w.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
+  p.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
+  w.mesh.cells = p.mask_scratch;  // between two uses of the one there is one of the other
   w.mesh.height = a.take<int32_t>(t.max_pixels);
   w.mesh.vertex = a.take<uint32_t>(t.max_pixels);
   w.mesh.node = a.take<uint32_t>(t.max_pixels);
@@ -63,90 +59,51 @@ relief_status parse(const void* data, size_t size, const relief_limits* limits, 
   return parse_table(coder, l, parsed, nullptr);
 }
 
-// Masks of all patches, and of all their bands. The number of pixels must be the promised one.
-relief_status decode_masks(RangeDecoder& coder, const Parsed& parsed, Workspace& w) {
-  w.mask_models->init();
-  uint64_t pixels = 0;
-  for (uint32_t i = 0; i < parsed.header.patch_count; i++) {
-    const PatchHeader& patch = w.patches[i];
-    const size_t stride = mask_stride(patch.width);
-    memset(w.mask_buffer, 0, mask_buffer(patch.width, patch.height));
-    uint8_t* const rows = w.mask_buffer + kMaskAbove * stride + kMaskBefore;
-    code_mask(coder, *w.mask_models, rows, patch.width, patch.height, stride);
-    const Pyramid p = pyramid_of(patch.width, patch.height);
-    uint8_t* const mask = w.mask + w.planes[i];
-    for (uint32_t y = 0; y < patch.height; y++) {
-      const uint8_t* row = rows + y * stride;
-      memcpy(mask + p.low[0].at(0, y), row, patch.width);
-      for (uint32_t x = 0; x < patch.width; x++) pixels += row[x];
-    }
-    build_masks(p, mask, w.mask_scratch);
-  }
-  return pixels == parsed.header.mask_pixels ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
-}
-
-// All patches level by level, coarse to fine, as far as the bytes go.
-void decode_coefficients(RangeDecoder& coder, const Parsed& parsed, Workspace& w) {
-  CoefficientModels& models = *w.coefficient_models;
-  models.init();
-  const uint32_t patches = parsed.header.patch_count;
-  auto each = [&](auto decode) {
-    for (uint32_t i = 0; i < patches; i++) {
-      const Pyramid p = pyramid_of(w.patches[i].width, w.patches[i].height);
-      if (!decode(p, w.q + w.planes[i], w.mask + w.planes[i])) return false;
-    }
-    return true;
-  };
-  if (!each([&](const Pyramid& p, int32_t* q, const uint8_t* m) { return code_low(coder, models, p, q, m); }))
-    return;
-  for (int level = kLevels - 1; level >= 0; level--) {
-    const bool all = each([&](const Pyramid& p, int32_t* q, const uint8_t* m) {
-      for (int type = 0; type < 3; type++)
-        if (!code_band(coder, models, p, q, m, level, type)) return false;
-      return true;
-    });
-    if (!all) return;
-  }
-}
-
-relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh, uint32_t& components) {
+relief_status mesh_patches(const Parsed& parsed, Workspace& w, MeshWriter& mesh, uint32_t& components,
+                           const Leaves& leaves) {
   components = 0;
   for (uint32_t i = 0; i < parsed.header.patch_count; i++) {
     const PatchHeader& patch = w.patches[i];
     const Pyramid p = pyramid_of(patch.width, patch.height);
     const float step = float(double(parsed.header.step) * quarter_power(patch.step_index));
-    const float* z = inverse_wavelet(p, w.q + w.planes[i], w.mask + w.planes[i], step, w.scratch);
-    const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p,
-                                            w.mask + w.planes[i], z, w.mesh, mesh, w.nodes, components);
+    const uint64_t begin = w.planes.begin[i];
+    const uint8_t* const mask = w.planes.mask + begin;
+    const float* z = inverse_wavelet(p, w.planes.q + begin, mask, step, w.scratch, leaves);
+    stage_done(Stage::kWavelet);
+    const relief_status status = mesh_patch(patch, i, spacing_of(parsed.header.spacing, patch), p, mask, z,
+                                            w.mesh, mesh, w.nodes, components, leaves);
     if (status != RELIEF_OK) return status;
+    stage_done(Stage::kMesh);
   }
   return w.nodes.count == parsed.header.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
 // Everything before the gaps, but for what begin has filled in.
-relief_status open_patches(const uint8_t* data, const relief_limits* limits, Workspace& w,
-                           OpenPatches& open) {
+relief_status open_patches(const uint8_t* data, const relief_limits* limits, Workspace& w, OpenPatches& open,
+                           const Leaves& leaves) {
   Parsed& parsed = open.parsed;
   const StreamHeader& h = parsed.header;
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
   relief_status status = parse_table(table, limits ? *limits : relief_default_limits, parsed, w.patches);
   if (status != RELIEF_OK) return status;
-  memset(w.q, 0, parsed.totals.planes * sizeof(*w.q));
-  memset(w.mask, 0, parsed.totals.planes);
+  memset(w.planes.q, 0, parsed.totals.planes * sizeof(*w.planes.q));
+  memset(w.planes.mask, 0, parsed.totals.planes);
   uint64_t offset = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
-    w.planes[i] = offset;
+    w.planes.begin[i] = offset;
     offset += pyramid_of(w.patches[i].width, w.patches[i].height).size;
   }
-  status = decode_masks(table, parsed, w);
-  if (status != RELIEF_OK) return status;
+  stage_done(Stage::kTable);
+  if (decode_masks(table, w.planes, leaves) != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
+  stage_done(Stage::kMasks);
 
   const uint8_t* const coefficients = data + parsed.coefficients_begin;
   RangeDecoder coder(coefficients, parsed.coefficient_bytes, parsed.coefficient_bytes < h.coefficient_bytes);
-  decode_coefficients(coder, parsed, w);
+  decode_coefficients(coder, w.planes, leaves);
+  stage_done(Stage::kCoefficients);
 
   open.components = 0;
-  status = mesh_patches(parsed, w, open.mesh, open.components);
+  status = mesh_patches(parsed, w, open.mesh, open.components, leaves);
   if (status != RELIEF_OK) return status;
   float largest = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
@@ -166,21 +123,24 @@ relief_status begin(const void* data, size_t size, const relief_limits* limits, 
   if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
   const relief_status status = parse(data, size, limits, open.parsed);
   if (status != RELIEF_OK) return status;
-  Arena counted = {nullptr}, arena = {static_cast<uint8_t*>(workspace)};
+  Arena counted(nullptr), arena(workspace);
   if (lay_out(counted, open.parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
   lay_out(arena, open.parsed, w);
   open.mesh = {mesh->positions, mesh->indices, mesh->vertex_capacity, mesh->triangle_capacity, 0, 0};
   return RELIEF_OK;
 }
 
+// Null for none: builds that have no use for smoothing leave the function away.
+using Smoothing = decltype(smooth_nodes);
+
 relief_status decode(const void* data, size_t size, const relief_limits* limits, relief_mesh* out,
-                     void* workspace, size_t workspace_size, bool smooth) {
+                     void* workspace, size_t workspace_size, Smoothing* smooth, const Leaves& leaves) {
   Workspace w;
   OpenPatches open;
   relief_status status = begin(data, size, limits, out, workspace, workspace_size, w, open);
   if (status != RELIEF_OK) return status;
   const uint8_t* const bytes = static_cast<const uint8_t*>(data);
-  status = open_patches(bytes, limits, w, open);
+  status = open_patches(bytes, limits, w, open, leaves);
   if (status != RELIEF_OK) return status;
   const StreamHeader& h = open.parsed.header;
   MeshWriter& mesh = open.mesh;
@@ -188,12 +148,15 @@ relief_status decode(const void* data, size_t size, const relief_limits* limits,
                               bytes + size, nullptr};
   status = close_gaps(open.nodes, open.components, options, mesh, open.gap_memory);
   if (status != RELIEF_OK) return status;
+  stage_done(Stage::kGaps);
   if (smooth)  // in memory that is free again: planes have an element a pixel and more, gap closing takes
                // more a node
-    smooth_nodes(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.q),
-                 reinterpret_cast<int64_t(*)[4]>(w.gaps));
-  if (out->normals) vertex_normals(mesh, out->normals);
-  place(h, mesh.positions, mesh.vertex_count);
+    smooth(open.nodes, h.mask_pixels, mesh, reinterpret_cast<uint32_t*>(w.planes.q),
+           reinterpret_cast<int64_t(*)[4]>(w.gaps));
+  if (out->normals) vertex_normals(mesh, out->normals, leaves);
+  stage_done(Stage::kNormals);
+  leaves.place(h.origin, h.scale, mesh.positions, mesh.vertex_count);
+  stage_done(Stage::kPlacement);
   out->vertex_count = mesh.vertex_count;
   out->triangle_count = mesh.triangle_count;
   return RELIEF_OK;
@@ -202,22 +165,25 @@ relief_status decode(const void* data, size_t size, const relief_limits* limits,
 }  // namespace
 
 void place(const StreamHeader& h, float* positions, uint32_t count) {
-  for (uint32_t i = 0; i < count; i++)
-    for (int k = 0; k < 3; k++) {
-      float& c = positions[3 * size_t(i) + k];
-      c = float(double(h.origin[k]) + double(h.scale) * double(c));
-    }
+  best_leaves().place(h.origin, h.scale, positions, count);
 }
 
 const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data) {
   return parsed.cut ? nullptr : data + parsed.coefficients_begin + parsed.coefficient_bytes;
 }
 
+relief_status decode_with(const Leaves& leaves, bool smooth, const void* data, size_t size,
+                          const relief_limits* limits, relief_mesh* mesh, void* workspace,
+                          size_t workspace_size) {
+  return decode(data, size, limits, mesh, workspace, workspace_size, smooth ? smooth_nodes : nullptr, leaves);
+}
+
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                              void* workspace, size_t workspace_size, OpenPatches& open) {
   Workspace w;
   const relief_status status = begin(data, size, limits, mesh, workspace, workspace_size, w, open);
-  return status == RELIEF_OK ? open_patches(static_cast<const uint8_t*>(data), limits, w, open) : status;
+  return status == RELIEF_OK ? open_patches(static_cast<const uint8_t*>(data), limits, w, open, best_leaves())
+                             : status;
 }
 
 }  // namespace relief
@@ -237,7 +203,7 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   if (vertices > 0xffffffffu || triangles > 0xffffffffu || h.vertex_count > l.max_vertices)
     return RELIEF_ERROR_LIMIT;
   if (h.vertex_count > vertices || h.triangle_count > triangles) return RELIEF_ERROR_CORRUPT;
-  Arena counted = {nullptr};
+  Arena counted(nullptr);
   Workspace w;
   relief_info r = {};
   r.workspace_bytes = lay_out(counted, parsed, w);
@@ -257,10 +223,10 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
 
 extern "C" relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode(data, size, limits, mesh, workspace, workspace_size, false);
+  return decode(data, size, limits, mesh, workspace, workspace_size, nullptr, best_leaves());
 }
 
 extern "C" relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits,
                                                 relief_mesh* mesh, void* workspace, size_t workspace_size) {
-  return decode(data, size, limits, mesh, workspace, workspace_size, true);
+  return decode(data, size, limits, mesh, workspace, workspace_size, smooth_nodes, best_leaves());
 }

@@ -1,4 +1,4 @@
-// The decoder with a view inside, for the encoder.
+// The decoder with a view inside, for the encoder and for tests.
 #pragma once
 #include "container.h"
 #include "gaps.h"
@@ -19,6 +19,11 @@ struct OpenPatches {
 // The first part of relief_decode. The encoder then closes the gaps with as many seams as it likes to try.
 relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
                              void* workspace, size_t workspace_size, OpenPatches& open);
+
+// relief_decode, or relief_decode_smoothed, with the leaves of a given level, for tests.
+relief_status decode_with(const Leaves& leaves, bool smooth, const void* data, size_t size,
+                          const relief_limits* limits, relief_mesh* mesh, void* workspace,
+                          size_t workspace_size);
 
 // The stream's own seams; null if they are missing or cut.
 const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data);

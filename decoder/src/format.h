@@ -80,11 +80,27 @@ inline Frame frame_of(int32_t u, int32_t v) {
   return f;
 }
 
+// a where the mask is all ones, b where it is zero: by bits, since compilers make no vectors of `?:` between
+// values that took floating point operations, which might trap. Without vectors WebAssembly selects faster
+// than it computes.
+inline float pick(int32_t mask, float a, float b) {
+#if defined(__wasm__) && !defined(__wasm_simd128__)
+  return mask ? a : b;
+#else
+  int32_t x, y;
+  __builtin_memcpy(&x, &a, 4);
+  __builtin_memcpy(&y, &b, 4);
+  x = (x & mask) | (y & ~mask);
+  __builtin_memcpy(&a, &x, 4);
+  return a;
+#endif
+}
+
 // Rounds to the nearest lattice coordinate and clamps; NaN becomes the lower limit.
 inline int32_t to_lattice(float v) {
   constexpr float kLimit = float(kCoordinateLimit);
-  if (!(v > -kLimit)) return -kCoordinateLimit;
-  if (v > kLimit) return kCoordinateLimit;
+  v = pick(-int32_t(v > -kLimit), v, -kLimit);
+  v = pick(-int32_t(v < kLimit), v, kLimit);
   const float shifted = v + float(kCoordinateLimit * 2) + 0.5f;  // positive: truncation rounds down
   return int32_t(shifted) - kCoordinateLimit * 2;
 }

@@ -13,7 +13,7 @@ constexpr uint32_t kBigFace = 12;  // corners beyond which a face may be a hole 
 bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
   if (g.n.next[a] == b || g.n.prev[a] == b || g.neighbouring_pixels(a, b)) return true;
   for (uint32_t i = g.slot_begin[a]; i < g.slot_begin[a + 1]; i++)
-    if (!g.slots[i].dead && g.slots[i].to == b) return true;
+    if (g.slots[i].to == b && g.is_in(i)) return true;
   for (uint32_t i = g.diagonals[a]; i != kNone; i = g.diagonal[i].next)
     if (g.diagonal[i].to == b) return true;
   return false;
@@ -45,7 +45,7 @@ bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
 // How well the triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for
 // turned over.
 int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
-  int64_t u[3], v[3], w[3];
+  double u[3], v[3], w[3];
   g.difference(b, c, u);
   g.difference(b, a, v);
   cross(u, v, w);
@@ -247,25 +247,23 @@ bool close_face(Gaps& g, uint32_t m) {
 
 relief_status close_faces(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
-    g.face_of_border[v] = g.diagonals[v] = kNone;
+    g.diagonals[v] = kNone;
     g.open_corner[v] = 0;
     g.mark[v] = 0;
   }
-  for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.slots[s].face = kNone;
+  const uint32_t corners = g.count + g.slot_begin[g.count];
+  for (uint32_t c = 0; c < corners; c++) g.face_of_corner[c] = kNone;
   const GapOptions& o = g.options;
   NumberList holes = {g.seams.p, g.seams.end};
   if (o.seams) holes.advance();
   g.face_count = g.diagonal_count = g.mark_count = 0;
-  auto close = [&](Corner start) {
-    uint32_t m = 0;
-    Corner c = start;
+  auto close = [&](uint32_t start, uint32_t node) {
+    uint32_t m = 0, c = start;
     do {
-      g.face[m++] = c.node;
-      if (c.slot == kNone)
-        g.face_of_border[c.node] = g.face_count;
-      else
-        g.slots[c.slot].face = g.face_count;
-      c = step(g, c);
+      g.face[m++] = node;
+      g.face_of_corner[c] = g.face_count;
+      node = c < g.count ? g.n.prev[node] : g.slots[c - g.count].to;
+      c = g.next_corner[c];
     } while (c != start);
     g.face_count++;
     if (kTracing && o.trace && o.trace->count < o.trace->capacity)
@@ -279,9 +277,10 @@ relief_status close_faces(Gaps& g) {
   };
   bool room = true;
   for (uint32_t v = 0; v < g.count && room; v++)
-    if (g.face_of_border[v] == kNone) room = close({v, kNone});
+    if (g.face_of_corner[v] == kNone) room = close(v, v);
   for (uint32_t s = 0; s < g.slot_begin[g.count] && room; s++)
-    if (!g.slots[s].dead && g.slots[s].face == kNone) room = close({g.slots[g.slots[s].twin].to, s});
+    if (g.is_in(s) && g.face_of_corner[g.corner_of(s)] == kNone)
+      room = close(g.corner_of(s), g.slots[g.slots[s].twin].to);
   return !room ? RELIEF_ERROR_OUTPUT : holes.good ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 

@@ -70,7 +70,7 @@ bool add_links(Gaps& g) {
   return g.seams.good;
 }
 
-// Lists the ends of the links at each node. All are dead until the link is put in.
+// Lists the ends of the links at each node. None is on a rim until the link is put in.
 void build_slots(Gaps& g) {
   memset(g.slot_begin, 0, (size_t(g.count) + 1) * sizeof(uint32_t));
   for (uint32_t i = 0; i < g.link_count; i++)
@@ -80,8 +80,8 @@ void build_slots(Gaps& g) {
   for (uint32_t i = 0; i < g.link_count; i++) {
     const Link& l = g.links[i];
     const uint32_t s = g.mark[l.a]++, t = g.mark[l.b]++;
-    g.slots[s] = {l.b, t, kNone, i, true};
-    g.slots[t] = {l.a, s, kNone, i, true};
+    g.slots[s] = {l.b, t, i};
+    g.slots[t] = {l.a, s, i};
   }
 }
 
@@ -160,51 +160,73 @@ void sort_links(Gaps& g) {
 
 // --- faces in the making ---
 
-uint32_t& face_at(Gaps& g, Corner c) {
-  return c.slot == kNone ? g.face_of_border[c.node] : g.slots[c.slot].face;
+// At first every border loop is a face, and no link is on a rim.
+void start_faces(Gaps& g) {
+  g.face_count = 0;
+  for (uint32_t v = 0; v < g.count; v++) {
+    g.next_corner[v] = g.n.prev[v];
+    g.face_of_corner[v] = g.loop[v];
+    if (g.loop[v] >= g.face_count) g.face_count = g.loop[v] + 1;
+  }
+  for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.next_corner[g.corner_of(s)] = kNone;
 }
 
-void paint(Gaps& g, Corner start, uint32_t face) {
-  Corner c = start;
+// The corner from which a rim comes to the node where `slot` is, to leave by the slot once its link is put
+// in: it comes by the link above, or by the border if there is none.
+uint32_t corner_before(const Gaps& g, uint32_t node, uint32_t slot) {
+  for (uint32_t above = slot + 1; above < g.slot_begin[node + 1]; above++)
+    if (g.is_in(above)) return g.corner_of(g.slots[above].twin);
+  return g.n.next[node];
+}
+
+void paint(Gaps& g, uint32_t start, uint32_t face) {
+  uint32_t c = start;
   do {
-    face_at(g, c) = face;
-    c = step(g, c);
+    g.face_of_corner[c] = face;
+    c = g.next_corner[c];
   } while (c != start);
 }
 
 // Whether the rim that leaves from x is at most as long as the one from y.
-bool shorter_rim(Gaps& g, Corner x, Corner y) {
-  const Corner x0 = x, y0 = y;
+bool shorter_rim(Gaps& g, uint32_t x, uint32_t y) {
+  const uint32_t x0 = x, y0 = y;
   for (;;) {
-    x = step(g, x);
-    y = step(g, y);
+    x = g.next_corner[x];
+    y = g.next_corner[y];
     g.work -= 2;
-    if (!(x != x0)) return true;
-    if (!(y != y0)) return false;
+    if (x == x0) return true;
+    if (y == y0) return false;
   }
 }
 
 void put_in(Gaps& g, Link& link) {
   const uint32_t s = link.slot, t = g.slots[s].twin, a = g.slots[t].to, b = g.slots[s].to;
-  const Corner at_a = {a, below(g, a, s)}, at_b = {b, below(g, b, t)};
-  const uint32_t fa = face_at(g, at_a), fb = face_at(g, at_b);
+  const uint32_t before_a = corner_before(g, a, s), before_b = corner_before(g, b, t);
+  const uint32_t at_a = g.next_corner[before_a], at_b = g.next_corner[before_b];
+  const uint32_t leave_a = g.corner_of(s), leave_b = g.corner_of(t);
+  const uint32_t fa = g.face_of_corner[at_a], fb = g.face_of_corner[at_b];
   const uint32_t pa = g.find(g.n.component[a]), pb = g.find(g.n.component[b]);
-  if (fa == fb) {
-    g.slots[s].dead = g.slots[t].dead = false;
-    const Corner left = {a, s}, right = {b, t};
-    g.slots[s].face = g.slots[t].face = fa;
-    paint(g, shorter_rim(g, left, right) ? left : right, g.face_count++);
-    link.kind = LinkKind::kIn;
-    return;
-  }
-  if (pa == pb && link.kind != LinkKind::kHandle) {
+  const bool cuts = fa == fb;
+  if (!cuts && pa == pb && link.kind != LinkKind::kHandle) {
     link.kind = LinkKind::kRefused;
     return;
   }
-  const bool a_shorter = shorter_rim(g, at_a, at_b);
-  paint(g, a_shorter ? at_a : at_b, a_shorter ? fb : fa);
-  g.slots[s].dead = g.slots[t].dead = false;
-  g.slots[s].face = g.slots[t].face = a_shorter ? fb : fa;
+  uint32_t face = fa;
+  if (!cuts) {  // two faces become one
+    const bool a_shorter = shorter_rim(g, at_a, at_b);
+    face = a_shorter ? fb : fa;
+    paint(g, a_shorter ? at_a : at_b, face);
+  }
+  g.next_corner[before_a] = leave_a;
+  g.next_corner[leave_a] = at_b;
+  g.next_corner[before_b] = leave_b;
+  g.next_corner[leave_b] = at_a;
+  g.face_of_corner[leave_a] = g.face_of_corner[leave_b] = face;
+  if (cuts) {
+    paint(g, shorter_rim(g, leave_a, leave_b) ? leave_a : leave_b, g.face_count++);
+    link.kind = LinkKind::kIn;
+    return;
+  }
   link.kind = pa == pb ? LinkKind::kMade : LinkKind::kIn;
   g.unite(pa, pb);
 }
@@ -221,11 +243,7 @@ bool make_links(Gaps& g) {
   sort_slots(g);
   sort_links(g);
   for (uint32_t c = 0; c < g.components; c++) g.group[c] = c;
-  g.face_count = 0;
-  for (uint32_t v = 0; v < g.count; v++) {
-    g.face_of_border[v] = g.loop[v];
-    if (g.loop[v] >= g.face_count) g.face_count = g.loop[v] + 1;
-  }
+  start_faces(g);
   // handles when all else is in, and then again what was refused: a handle lets in the links beside it
   const LinkKind passes[] = {LinkKind::kPlain, LinkKind::kHandle, LinkKind::kRefused};
   for (const LinkKind kind : passes)

@@ -6,7 +6,8 @@
 namespace relief {
 namespace {
 
-constexpr int kMaxVisits = 4096;  // cells and nodes that one search looks at; only hostile streams need so many
+constexpr int kMaxVisits =
+    4096;  // cells and nodes that one search looks at; only hostile streams need so many
 
 uint32_t hash_cell(const Gaps& g, int32_t x, int32_t y, int32_t z) {
   return (uint32_t(x) * 73856093u ^ uint32_t(y) * 19349663u ^ uint32_t(z) * 83492791u) & g.hash_mask;
@@ -173,9 +174,9 @@ void trace_loops(Gaps& g) {
 // Tangent of the border x normal.
 void find_outward(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
-    int64_t t[3], c[3];
+    double t[3], c[3];
     g.difference(g.n.prev[v], g.n.next[v], t);
-    const int64_t m[3] = {g.n.normal[v][0], g.n.normal[v][1], g.n.normal[v][2]};
+    const double m[3] = {double(g.n.normal[v][0]), double(g.n.normal[v][1]), double(g.n.normal[v][2])};
     cross(t, m, c);
     unit_vector(c, g.outward[v]);
   }

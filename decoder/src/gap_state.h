@@ -17,9 +17,7 @@ struct Link {
 struct Slot {     // one end of a link, at a node
   uint32_t to;    // the other node
   uint32_t twin;  // the slot there
-  uint32_t face;  // of the rim that leaves the node here
   uint32_t link;
-  bool dead;  // the link is not put in
 };
 
 struct Diagonal {
@@ -56,7 +54,7 @@ struct Gaps {
   MeshWriter& mesh;
   uint32_t count, components;
   // by node
-  uint32_t *loop, *place, *loop_length, *nearest, *face_of_border, *degree, *slot_begin, *diagonals, *mark;
+  uint32_t *loop, *place, *loop_length, *nearest, *degree, *slot_begin, *diagonals, *mark;
   int32_t* distance;  // to the nearest
   int16_t (*outward)[3];
   uint8_t* open_corner;
@@ -68,6 +66,10 @@ struct Gaps {
   Link* links;
   uint32_t link_count, link_capacity;
   Slot* slots;
+  // by corner. A corner is a place on a face's rim where it leaves a node: number v leaves node v along the
+  // border, backwards, and number count + s by the link of slot s. Rims are lists: the next corner, or kNone
+  // while the link is not put in.
+  uint32_t *next_corner, *face_of_corner;
   Diagonal* diagonal;
   uint32_t diagonal_count, diagonal_capacity;
   uint32_t* face;  // corners of the face at hand
@@ -84,9 +86,12 @@ struct Gaps {
     return i;
   }
   void unite(uint32_t a, uint32_t b) { group[find(a)] = find(b); }
-  void difference(uint32_t from, uint32_t to, int64_t d[3]) const {
-    for (int k = 0; k < 3; k++) d[k] = int64_t(n.position[to][k]) - n.position[from][k];
+  template <class Number>
+  void difference(uint32_t from, uint32_t to, Number d[3]) const {
+    for (int k = 0; k < 3; k++) d[k] = n.position[to][k] - n.position[from][k];  // below 2^22
   }
+  uint32_t corner_of(uint32_t slot) const { return count + slot; }
+  bool is_in(uint32_t slot) const { return next_corner[corner_of(slot)] != kNone; }
   int64_t distance2(uint32_t a, uint32_t b) const {
     int64_t d[3];
     difference(a, b, d);
@@ -118,27 +123,5 @@ bool make_links(Gaps& g);
 
 // Adds the triangles of all faces.
 relief_status close_faces(Gaps& g);
-
-// A place on a face's rim: leaving `node` by link `slot`, or by the border (backwards) if kNone.
-struct Corner {
-  uint32_t node, slot;
-  bool operator!=(const Corner& o) const { return node != o.node || slot != o.slot; }
-};
-
-// The next lower live slot at a node, or kNone for the border.
-inline uint32_t below(const Gaps& g, uint32_t v, uint32_t slot) {
-  while (slot-- > g.slot_begin[v])
-    if (!g.slots[slot].dead) return slot;
-  return kNone;
-}
-
-inline Corner step(const Gaps& g, Corner c) {
-  if (c.slot == kNone) {
-    const uint32_t u = g.n.prev[c.node];
-    return {u, below(g, u, g.slot_begin[u + 1])};
-  }
-  const uint32_t u = g.slots[c.slot].to;
-  return {u, below(g, u, g.slots[c.slot].twin)};
-}
 
 }  // namespace relief

@@ -22,7 +22,6 @@ void allocate(Gaps& g, Arena& a, uint32_t n) {
   g.loop_length = a.take<uint32_t>(n);
   g.nearest = a.take<uint32_t>(n);
   g.distance = a.take<int32_t>(n);
-  g.face_of_border = a.take<uint32_t>(n);
   g.degree = a.take<uint32_t>(n);
   g.slot_begin = a.take<uint32_t>(uint64_t(n) + 1);
   g.diagonals = a.take<uint32_t>(n);
@@ -34,6 +33,8 @@ void allocate(Gaps& g, Arena& a, uint32_t n) {
   g.group = a.take<uint32_t>(n);
   g.links = a.take<Link>(g.link_capacity);
   g.slots = a.take<Slot>(uint64_t(g.link_capacity) * 2);
+  g.next_corner = a.take<uint32_t>(g.corner_capacity);
+  g.face_of_corner = a.take<uint32_t>(g.corner_capacity);
   g.diagonal = a.take<Diagonal>(g.diagonal_capacity);
   g.face = a.take<uint32_t>(g.corner_capacity);
   g.self = a.take<uint32_t>(g.link_capacity);
@@ -42,7 +43,7 @@ void allocate(Gaps& g, Arena& a, uint32_t n) {
 }  // namespace
 
 uint64_t gap_memory_bytes(uint32_t n) {
-  Arena a = {nullptr};
+  Arena a(nullptr);
   const Nodes none = {};
   MeshWriter mesh = {};
   const GapOptions options = {};
@@ -57,7 +58,7 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   g.count = nodes.count;
   g.components = components;
   if (g.count == 0) return RELIEF_OK;
-  Arena arena = {static_cast<uint8_t*>(memory)};
+  Arena arena(memory);
   allocate(g, arena, nodes.count);
   g.work = 64 * int64_t(g.corner_capacity);
   trace_loops(g);

@@ -13,7 +13,7 @@ struct MaskModels {
   Logistic logistic;
   Model t4[kMaskSizes[0]], t10[kMaskSizes[1]], t16[kMaskSizes[2]], t22[kMaskSizes[3]];
   int32_t weight[1024][kMaskTemplates];  // 16.16, by the 10-pixel template
-  void init() {
+  RELIEF_COLD void init() {
     logistic.init();
     for (Model& m : t4) m = kModelInit;
     for (Model& m : t10) m = kModelInit;
@@ -24,33 +24,81 @@ struct MaskModels {
   }
 };
 
+// Pixels p[0] .. p[7], 0 or 1, as bits, the first in bit 0.
+inline uint32_t pack_pixels(const uint8_t* p) {
+  uint64_t v;
+  __builtin_memcpy(&v, p, 8);
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+  v = __builtin_bswap64(v);
+#endif
+  return uint32_t(v * 0x0102040810204080u >> 56);
+}
+
+// The pixels around one, as bits from left to right: in the row above from x - 3 to x + 4, in the one above
+// that from x - 3 to x + 3, in the third from x - 1 to x + 1; `before`: those to the left, the nearest in bit
+// 0.
+struct Surroundings {
+  uint32_t above, above2, above3, before;
+
+  RELIEF_INLINE void look_up(const uint8_t* p, ptrdiff_t s) {
+    above = pack_pixels(p - s - 3);
+    above2 = pack_pixels(p - 2 * s - 3);
+    above3 = p[-3 * s - 1] | p[-3 * s] << 1 | p[-3 * s + 1] << 2;
+  }
+  // The pixels of the 16-pixel template that are above; and all of it, in any order.
+  uint32_t upper13() const { return (above & 127) | (above2 & 62) << 6 | (above3 & 2) << 11; }
+  uint32_t any16() const { return upper13() << 3 | (before & 7); }
+
+  uint32_t c4() const { return (before & 1) | (above >> 2 & 2) | (above >> 2 & 4) | (above << 1 & 8); }
+  uint32_t c10() const { return (before & 3) | (above << 1 & 124) | (above2 << 5 & 896); }
+  uint32_t c16() const {
+    return c10() | (before & 4) << 8 | (above & 64) << 5 | (above & 1) << 12 | (above2 & 32) << 8 |
+           (above2 & 2) << 13 | (above3 & 2) << 14;
+  }
+  uint32_t c22() const {
+    return c16() | (before & 8) << 13 | (above & 128) << 10 | (above3 & 4) << 16 | (above3 & 1) << 19 |
+           (above2 & 64) << 14 | (above2 & 1) << 21;
+  }
+};
+
+// One pixel where several models are asked.
+template <class Coder>
+RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, const Surroundings& around, int bit) {
+  const uint32_t c10 = around.c10();
+  Model* const m[kMaskTemplates] = {&models.t4[around.c4()], &models.t10[c10], &models.t16[around.c16()],
+                                    &models.t22[(around.c22() * 0x9E3779B1u) >> 16]};
+  return code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c10], bit);
+}
+
 // Codes the mask of one patch. `rows`: height rows of width bytes, 0 or 1, each row `stride` bytes apart,
 // with at least 3 rows of zeros above and 4 zeros before and after each row (the templates look there).
 template <class Coder>
-void code_mask(Coder& coder, MaskModels& models, uint8_t* rows, uint32_t width, uint32_t height,
+void code_mask(Coder& outer, MaskModels& models, uint8_t* rows, uint32_t width, uint32_t height,
                size_t stride) {
+  CoderCopy<Coder> coder(outer);
   const ptrdiff_t s = ptrdiff_t(stride);
   for (uint32_t y = 0; y < height; y++) {
-    uint8_t* row = rows + y * stride;
-    for (uint32_t x = 0; x < width; x++) {
-      uint8_t* p = row + x;
-      const uint32_t c10 = p[-1] | p[-2] << 1 | p[-s - 2] << 2 | p[-s - 1] << 3 | p[-s] << 4 |
-                           p[-s + 1] << 5 | p[-s + 2] << 6 | p[-2 * s - 1] << 7 | p[-2 * s] << 8 |
-                           p[-2 * s + 1] << 9;
-      const uint32_t c16 = c10 | p[-3] << 10 | p[-s + 3] << 11 | p[-s - 3] << 12 | p[-2 * s + 2] << 13 |
-                           p[-2 * s - 2] << 14 | p[-3 * s] << 15;
-      if (c16 == 0 || c16 == 0xffff) {  // deep outside or inside: one model, most pixels
-        p[0] = uint8_t(code_bit<1000>(coder, models.t16[c16], p[0]));
+    uint8_t *p = rows + y * stride, *const end = p + width;
+    Surroundings around = {0, 0, 0, 0};
+    while (p < end) {
+      around.look_up(p, s);
+      const uint32_t c16 = around.any16();
+      if (c16 != 0 && c16 != 0xffff) {
+        *p = uint8_t(code_pixel(*coder, models, around, *p));
+        around.before = around.before << 1 | *p++;
         continue;
       }
-      const uint32_t c22 = c16 | p[-4] << 16 | p[-s + 4] << 17 | uint32_t(p[-3 * s + 1]) << 18 |
-                           uint32_t(p[-3 * s - 1]) << 19 | uint32_t(p[-2 * s + 3]) << 20 |
-                           uint32_t(p[-2 * s - 3]) << 21;
-      const uint32_t c4 = p[-1] | p[-s] << 1 | p[-s + 1] << 2 | p[-s - 1] << 3;
-      Model* const m[kMaskTemplates] = {&models.t4[c4], &models.t10[c10], &models.t16[c16],
-                                        &models.t22[(c22 * 0x9E3779B1u) >> 16]};
-      p[0] = uint8_t(
-          code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c10], p[0]));
+      // deep outside or inside: one model, most pixels
+      Model m = models.t16[c16];
+      const uint32_t side = c16 & 1;
+      uint32_t bit;
+      do {
+        bit = uint32_t(code_bit<1000>(*coder, m, *p));
+        *p++ = uint8_t(bit);
+        around.look_up(p, s);
+      } while (bit == side && p < end && around.upper13() == c16 >> 3);
+      models.t16[c16] = m;
+      around.before = (side ? 14u : 0u) | bit;
     }
   }
 }

@@ -17,51 +17,63 @@ struct Patch {
   const MeshScratch& s;
   MeshWriter& mesh;
   Nodes& nodes;
+  const Leaves& leaves;
 
   const uint8_t* at(int x, int y) const { return mask + y * stride + x; }
   size_t pixel(int x, int y) const { return size_t(y) * size_t(w) + size_t(x); }
 
-  // Cell (x, y) has its pixels at (x, y) .. (x+1, y+1); covered if at least three are in the mask.
-  int count(int x, int y) const {
-    const uint8_t* p = at(x, y);
-    return p[0] + p[1] + p[stride] + p[stride + 1];
-  }
-  bool covered(int x, int y) const { return x >= 0 && y >= 0 && x + 1 < w && y + 1 < h && count(x, y) >= 3; }
+  // Cell (x, y) has its pixels at (x, y) .. (x+1, y+1); covered if at least three are in the mask. The number
+  // of those, or 0. The last cell of a row, which is none, stands before the first of the next row as well.
+  uint8_t* cells(int y) const { return s.cells + 1 + ptrdiff_t(w) * (y + 1); }
+  bool covered(int x, int y) const { return cells(y)[x] != 0; }
+  // A row of flags, behind the cells.
+  uint8_t* flags() const { return cells(h); }
 };
 
-// From (x, y) to (x+1, y+1), where the neighbours that could tell are missing.
-bool main_diagonal(const Patch& p, int x, int y) {
-  if (x < 1 || y < 1 || x + 2 >= p.w || y + 2 >= p.h) return true;
-  const uint8_t* m = p.at(x, y);
-  if (!(m[-p.stride - 1] & m[-p.stride + 2] & m[2 * p.stride - 1] & m[2 * p.stride + 2])) return true;
-  return predict_main_diagonal(p.s.height + p.pixel(x, y), p.w);
+// Finds the cells. Every mask pixel must be in a triangle.
+bool find_cells(const Patch& p) {
+  memset(p.s.cells, 0, size_t(p.w) + 1);
+  memset(p.cells(p.h - 1), 0, size_t(p.w));
+  for (int y = 0; y + 1 < p.h; y++) {
+    p.leaves.count_cells(p.at(0, y), p.stride, p.cells(y), uint32_t(p.w - 1));
+    p.cells(y)[p.w - 1] = 0;
+  }
+  bool stray = false;
+  for (int y = 0; y < p.h; y++) stray |= p.leaves.any_stray(p.at(0, y), p.cells(y), p.w, uint32_t(p.w));
+  return !stray;
 }
 
 relief_status add_vertices(const Patch& p, float spacing, const float* z) {
   const Frame f = frame_of(p.header.u, p.header.v);
-  float a[3], b[3], n[3], o[3];
+  float b[3], o[3];
+  RowFrame row;
   const float offset = float(p.header.z0) * spacing;
   for (int i = 0; i < 3; i++) {
-    a[i] = float(f.e1[i]) * spacing;
+    row.along[i] = float(f.e1[i]) * spacing;
     b[i] = float(f.e2[i]) * spacing;
-    n[i] = float(f.n[i]);
-    o[i] = n[i] * offset;
+    row.normal[i] = float(f.n[i]);
+    o[i] = row.normal[i] * offset;
   }
   MeshWriter& mesh = p.mesh;
+  memset(p.s.node, 0xff, p.pixel(0, p.h) * sizeof(*p.s.node));  // kNone
+  p.leaves.heights(z, p.s.height, uint32_t(p.pixel(0, p.h)));
   for (int y = 0; y < p.h; y++) {
     const float fy = float(p.header.y0 + y);
-    const float row[3] = {o[0] + fy * b[0], o[1] + fy * b[1], o[2] + fy * b[2]};
+    for (int i = 0; i < 3; i++) row.origin[i] = o[i] + fy * b[i];
     const uint8_t* m = p.at(0, y);
-    for (int x = 0; x < p.w; x++) {
-      if (!m[x]) continue;
-      if (mesh.vertex_count == mesh.vertex_capacity) return RELIEF_ERROR_OUTPUT;
-      const size_t i = p.pixel(x, y);
-      const float fx = float(p.header.x0 + x);
-      float* out = mesh.positions + 3 * size_t(mesh.vertex_count);
-      for (int k = 0; k < 3; k++) out[k] = float(to_lattice((row[k] + fx * a[k]) + z[i] * n[k]));
-      p.s.height[i] = to_lattice(z[i]);
-      p.s.vertex[i] = mesh.vertex_count++;
-      p.s.node[i] = kNone;
+    for (int x = 0; x < p.w;) {
+      if (!m[x]) {
+        x++;
+        continue;
+      }
+      const int begin = x;
+      while (x < p.w && m[x]) x++;
+      const uint32_t n = uint32_t(x - begin), first = mesh.vertex_count;
+      if (mesh.vertex_capacity - first < n) return RELIEF_ERROR_OUTPUT;
+      const size_t i = p.pixel(begin, y);
+      p.leaves.place_row(row, p.header.x0 + begin, z + i, mesh.positions + 3 * size_t(first), n);
+      for (uint32_t k = 0; k < n; k++) p.s.vertex[i + k] = first + k;
+      mesh.vertex_count += n;
     }
   }
   return RELIEF_OK;
@@ -72,47 +84,70 @@ uint32_t find(uint32_t* parent, uint32_t i) {
   return i;
 }
 
+// Two triangles for each of n full cells side by side, a and c their first vertices above and below.
+void write_quads(uint32_t* out, uint32_t a, uint32_t c, const uint8_t* main, int n) {
+  for (int i = 0; i < n; i++, a++, c++, out += 6) {
+    const uint32_t m = main[i];
+    out[0] = a, out[1] = a + 1, out[2] = c + m;
+    out[3] = a + 1 - m, out[4] = c + 1, out[5] = c;
+  }
+}
+
+// The triangle of a cell with a pixel missing.
+void write_triangle(uint32_t* out, const uint8_t* m, ptrdiff_t stride, const uint32_t* v, int w) {
+  const uint32_t a = v[0], b = v[1], c = v[w], d = v[w + 1];
+  out[0] = m[0] ? a : b;
+  out[1] = m[0] && m[1] ? b : d;
+  out[2] = m[0] && m[1] && !m[stride] ? d : c;
+}
+
+// Joins the run of n cells from (x, y) on with those above that share a side.
+void join_runs(const Patch& p, int x, int y, int n) {
+  const uint8_t *above = p.cells(y - 1) + x, *m = p.at(x, y);
+  const uint32_t *run = p.s.run_of_cell + p.pixel(x, y), *run_above = run - p.w;
+  uint32_t joined = kNone;
+  for (int i = 0; i < n; i++) {
+    if (!above[i] || !m[i] || !m[i + 1] || run_above[i] == joined) continue;
+    joined = run_above[i];
+    p.s.run[find(p.s.run, run[i])] = find(p.s.run, joined);
+  }
+}
+
 // Triangles of all cells; runs of cells that share a side are joined to connected pieces of the patch.
 relief_status add_triangles(const Patch& p, uint32_t& runs) {
   MeshWriter& mesh = p.mesh;
-  const int w = p.w;
+  uint8_t* const main = p.flags();
   runs = 0;
   for (int y = 0; y + 1 < p.h; y++) {
+    const uint8_t *cells = p.cells(y), *m = p.at(0, y);
+    memset(main, 1, size_t(p.w));  // at the ends of the grid there is no prediction
+    if (y > 0 && y + 2 < p.h && p.w > 3)
+      p.leaves.diagonals(p.s.height + p.pixel(1, y), p.w, m + 1, p.stride, main + 1, uint32_t(p.w - 3));
     bool open = false;  // the cell to the left is covered and shares its right side
-    for (int x = 0; x + 1 < w; x++) {
-      const uint8_t* m = p.at(x, y);
-      const int n = m[0] + m[1] + m[p.stride] + m[p.stride + 1];
-      if (n < 3) {
+    for (int x = 0; x + 1 < p.w;) {
+      const int begin = x, count = cells[x];
+      do x++;
+      while (count != 3 && cells[x] == count && x + 1 < p.w);
+      if (count == 0) {
         open = false;
         continue;
       }
-      if (mesh.triangle_capacity - mesh.triangle_count < uint32_t(n - 2)) return RELIEF_ERROR_OUTPUT;
-      const size_t i = p.pixel(x, y);
-      const uint32_t *v = p.s.vertex + i, a = v[0], b = v[1], c = v[w], d = v[w + 1];
+      const size_t i = p.pixel(begin, y);
+      const uint32_t* v = p.s.vertex + i;
+      const int n = x - begin;
+      const uint32_t triangles = uint32_t((count - 2) * n);
+      if (mesh.triangle_capacity - mesh.triangle_count < triangles) return RELIEF_ERROR_OUTPUT;
       uint32_t* out = mesh.indices + 3 * size_t(mesh.triangle_count);
-      if (n == 4) {
-        if (main_diagonal(p, x, y))
-          out[0] = a, out[1] = b, out[2] = d, out[3] = a, out[4] = d, out[5] = c;
-        else
-          out[0] = a, out[1] = b, out[2] = c, out[3] = b, out[4] = d, out[5] = c;
-        mesh.triangle_count += 2;
-      } else {
-        if (!m[0])
-          out[0] = b, out[1] = d, out[2] = c;
-        else if (!m[1])
-          out[0] = a, out[1] = d, out[2] = c;
-        else if (!m[p.stride])
-          out[0] = a, out[1] = b, out[2] = d;
-        else
-          out[0] = a, out[1] = b, out[2] = c;
-        mesh.triangle_count++;
-      }
-      uint32_t* run = p.s.run_of_cell;
+      if (count == 4)
+        write_quads(out, v[0], v[p.w], main + begin, n);
+      else
+        write_triangle(out, m + begin, p.stride, v, p.w);
+      mesh.triangle_count += triangles;
       if (!open) p.s.run[runs] = runs, runs++;
-      run[i] = open ? run[i - 1] : runs - 1;
-      if (y > 0 && m[0] && m[1] && p.covered(x, y - 1))
-        p.s.run[find(p.s.run, run[i])] = find(p.s.run, run[i - size_t(w)]);
-      open = m[1] && m[p.stride + 1];
+      const uint32_t run = open ? p.s.run_of_cell[i - 1] : runs - 1;
+      for (int k = 0; k < n; k++) p.s.run_of_cell[i + size_t(k)] = run;
+      if (y > 0) join_runs(p, begin, y, n);
+      open = m[x] && m[x + p.stride];
     }
   }
   return RELIEF_OK;
@@ -120,31 +155,25 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
 
 // Normal at a border pixel: the sum over the triangles between it and its neighbours in covered cells.
 void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
-  static const int kRing[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
-                                  {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
-  auto position = [&](int px, int py, int64_t v[3]) {
-    const float* f = p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(px, py)]);
-    for (int k = 0; k < 3; k++) v[k] = int64_t(f[k]);
-  };
-  int64_t centre[3], sum[3] = {0, 0, 0};
-  position(x, y, centre);
+  static const int8_t kRing[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
+                                     {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+  auto position = [&](int px, int py) { return p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(px, py)]); };
+  const float* const centre = position(x, y);
+  double sum[3] = {0, 0, 0};
   for (int q = 0; q < 4; q++) {  // the cells around: q-th spans kRing[2q] .. kRing[2q + 2]
     const int cx = q == 0 || q == 3 ? x : x - 1, cy = q < 2 ? y : y - 1;
     if (!p.covered(cx, cy)) continue;
-    int64_t previous[3];
-    bool have = false;
+    double previous[3] = {0, 0, 0}, here[3], c[3];  // with the first there is no triangle: no area
     for (int k = 2 * q; k <= 2 * q + 2; k++) {
       const int nx = x + kRing[k][0], ny = y + kRing[k][1];
       if (!*p.at(nx, ny)) continue;
-      int64_t here[3], c[3];
-      position(nx, ny, here);
-      for (int i = 0; i < 3; i++) here[i] -= centre[i];
-      if (have) {
-        cross(previous, here, c);
-        for (int i = 0; i < 3; i++) sum[i] += c[i];
+      const float* const v = position(nx, ny);
+      for (int i = 0; i < 3; i++) here[i] = double(v[i]) - double(centre[i]);
+      cross(previous, here, c);
+      for (int i = 0; i < 3; i++) {
+        sum[i] += c[i];
+        previous[i] = here[i];
       }
-      for (int i = 0; i < 3; i++) previous[i] = here[i];
-      have = true;
     }
   }
   unit_vector(sum, out);
@@ -170,57 +199,55 @@ uint32_t node_at(const Patch& p, int x, int y, uint32_t run) {
   return node;
 }
 
-// Sides of covered cells with no covered cell across become the border, counter-clockwise around the patch.
-relief_status add_border(const Patch& p) {
-  for (int y = 0; y + 1 < p.h; y++)
-    for (int x = 0; x + 1 < p.w; x++) {
-      const uint8_t* m = p.at(x, y);
-      const bool a = m[0], b = m[1], c = m[p.stride], d = m[p.stride + 1];
-      if (a + b + c + d < 3) continue;
-      const uint32_t run = find(p.s.run, p.s.run_of_cell[p.pixel(x, y)]);
-      bool ok = true;
-      auto side = [&](int x0, int y0, int x1, int y1) {
-        const uint32_t u = node_at(p, x0, y0, run), v = node_at(p, x1, y1, run);
-        // a second side that leaves u or arrives at v: the border touches itself there
-        if (u == kNone || v == kNone || p.nodes.next[u] != kNone || p.nodes.prev[v] != kNone) {
-          ok = false;
-          return;
-        }
-        p.nodes.next[u] = v;
-        p.nodes.prev[v] = u;
-      };
-      if (a && b && !p.covered(x, y - 1)) side(x, y, x + 1, y);
-      if (b && d && !p.covered(x + 1, y)) side(x + 1, y, x + 1, y + 1);
-      if (d && c && !p.covered(x, y + 1)) side(x + 1, y + 1, x, y + 1);
-      if (c && a && !p.covered(x - 1, y)) side(x, y + 1, x, y);
-      if (!a)
-        side(x, y + 1, x + 1, y);
-      else if (!b)
-        side(x, y, x + 1, y + 1);
-      else if (!c)
-        side(x + 1, y + 1, x, y);
-      else if (!d)
-        side(x + 1, y, x, y + 1);
-      if (!ok) return RELIEF_ERROR_CORRUPT;
+// The sides of a cell with no covered cell across, counter-clockwise. False if the border touches itself
+// there.
+bool add_sides(const Patch& p, int x, int y) {
+  const uint8_t* m = p.at(x, y);
+  const bool a = m[0], b = m[1], c = m[p.stride], d = m[p.stride + 1];
+  const uint32_t run = find(p.s.run, p.s.run_of_cell[p.pixel(x, y)]);
+  bool ok = true;
+  auto side = [&](int x0, int y0, int x1, int y1) {
+    const uint32_t u = node_at(p, x0, y0, run), v = node_at(p, x1, y1, run);
+    // a second side that leaves u or arrives at v
+    if (u == kNone || v == kNone || p.nodes.next[u] != kNone || p.nodes.prev[v] != kNone) {
+      ok = false;
+      return;
     }
-  return RELIEF_OK;
+    p.nodes.next[u] = v;
+    p.nodes.prev[v] = u;
+  };
+  if (a && b && !p.covered(x, y - 1)) side(x, y, x + 1, y);
+  if (b && d && !p.covered(x + 1, y)) side(x + 1, y, x + 1, y + 1);
+  if (d && c && !p.covered(x, y + 1)) side(x + 1, y + 1, x, y + 1);
+  if (c && a && !p.covered(x - 1, y)) side(x, y + 1, x, y);
+  if (!a)
+    side(x, y + 1, x + 1, y);
+  else if (!b)
+    side(x, y, x + 1, y + 1);
+  else if (!c)
+    side(x + 1, y + 1, x, y);
+  else if (!d)
+    side(x + 1, y, x, y + 1);
+  return ok;
 }
 
-// Every mask pixel must be in a triangle.
-bool all_used(const Patch& p) {
-  for (int y = 0; y < p.h; y++)
-    for (int x = 0; x < p.w; x++)
-      if (*p.at(x, y) && !p.covered(x, y) && !p.covered(x - 1, y) && !p.covered(x, y - 1) &&
-          !p.covered(x - 1, y - 1))
-        return false;
-  return true;
+// Sides of covered cells with no covered cell across become the border, the patch on the left.
+relief_status add_border(const Patch& p) {
+  uint8_t* const border = p.flags();
+  for (int y = 0; y + 1 < p.h; y++) {
+    p.leaves.border_cells(p.cells(y), p.w, border, uint32_t(p.w - 1));
+    for (int x = 0; x + 1 < p.w; x++)
+      if (border[x] && !add_sides(p, x, y)) return RELIEF_ERROR_CORRUPT;
+  }
+  return RELIEF_OK;
 }
 
 }  // namespace
 
 relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing,
                          const Pyramid& pyramid, const uint8_t* mask, const float* z,
-                         const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components) {
+                         const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components,
+                         const Leaves& leaves) {
   const Band& b = pyramid.low[0];
   const Patch p = {patch,
                    patch_index,
@@ -231,8 +258,9 @@ relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float s
                    ptrdiff_t(b.stride),
                    scratch,
                    mesh,
-                   nodes};
-  if (!all_used(p)) return RELIEF_ERROR_CORRUPT;
+                   nodes,
+                   leaves};
+  if (!find_cells(p)) return RELIEF_ERROR_CORRUPT;
   relief_status status = add_vertices(p, spacing, z);
   if (status != RELIEF_OK) return status;
   uint32_t runs = 0;

@@ -1,6 +1,7 @@
 // Canonical meshing of a patch (4.2): four neighbouring pixels give two triangles, three give one.
 #pragma once
 #include "format.h"
+#include "leaves.h"
 #include "nodes.h"
 
 namespace relief {
@@ -18,7 +19,11 @@ struct MeshScratch {
   uint32_t* node;         // pixels of a patch
   uint32_t* run;          // pixels of a patch: union-find over runs of cells
   uint32_t* run_of_cell;  // pixels of a patch
+  uint8_t* cells;         // cell_bytes of a patch
 };
+
+// Bytes for the cells of a patch, with a row of none above, and for a row of flags.
+constexpr uint64_t cell_bytes(uint64_t w, uint64_t h) { return 1 + w * (h + 2); }
 
 // Adds the vertices and triangles of a patch to `mesh` and its border to `nodes`.
 //   z        elevations, row by row, lattice units, without the patch's offset z0
@@ -27,6 +32,7 @@ struct MeshScratch {
 // OUTPUT.
 relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing,
                          const Pyramid& pyramid, const uint8_t* mask, const float* z,
-                         const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components);
+                         const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components,
+                         const Leaves& leaves);
 
 }  // namespace relief

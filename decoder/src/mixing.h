@@ -6,9 +6,10 @@
 namespace relief {
 
 // ln(p / (1 - p)) in 1/256 and its inverse, on 12-bit probabilities; filled by integer interpolation, part of
-// the format.
+// the format. stretch keeps away from 0 and 1 as model_p16 does.
 struct Logistic {
   int16_t stretch[4096];
+  int16_t squashed[4096];  // of x + 2048
 
   static int squash(int x) {  // x in 1/256, -2047 .. 2047 -> 1 .. 4095
     constexpr int kKnot[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
@@ -20,13 +21,17 @@ struct Logistic {
     return (kKnot[k] * (128 - w) + kKnot[k + 1] * w + 64) >> 7;
   }
 
-  void init() {
+  RELIEF_COLD void init() {
+    squashed[0] = 1;
     int p = 0;
     for (int x = -2047; x <= 2047; x++) {
       const int v = squash(x);
+      squashed[x + 2048] = int16_t(v);
       for (; p <= v; p++) stretch[p] = int16_t(x);
     }
     for (; p < 4096; p++) stretch[p] = 2047;
+    stretch[0] = stretch[1] = stretch[2];
+    stretch[4095] = stretch[4094];
   }
 };
 
@@ -43,25 +48,27 @@ inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* we
   Mixed<N> r;
   int64_t dot = 0;
   for (int i = 0; i < N; i++) {
-    r.stretched[i] = logistic.stretch[model_p16(*m[i]) >> 4];
+    r.stretched[i] = logistic.stretch[*m[i] >> 20];
     dot += int64_t(weight[i]) * r.stretched[i];
   }
   const int64_t x = dot >> 16;
-  r.p12 = Logistic::squash(int(x > 2047 ? 2047 : x < -2047 ? -2047 : x));
+  r.p12 = logistic.squashed[(x > 2047 ? 2047 : x < -2047 ? -2047 : x) + 2048];
   return r;
 }
 
 // Codes a bit. Models adapt up to the count Limit; the weights follow the error by gradient descent, at the
 // rate 2^-Rate.
 template <int N, uint32_t Limit, int Rate, class Coder>
-inline int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight, int bit) {
+RELIEF_INLINE int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight,
+                             int bit) {
   constexpr int32_t kMostWeight = 1 << 24;  // never reached but by hostile bytes
   const Mixed<N> mixed = mix<N>(logistic, m, weight);
   bit = coder.code(bit, uint32_t(mixed.p12) << 4);
   const int error = ((bit << 12) - mixed.p12) * 16;
   for (int i = 0; i < N; i++) {
-    const int32_t w = weight[i] + ((mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate);
-    weight[i] = w > kMostWeight ? kMostWeight : w < -kMostWeight ? -kMostWeight : w;
+    weight[i] += (mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate;
+    if (uint32_t(weight[i] + kMostWeight) > 2 * kMostWeight) [[unlikely]]
+      weight[i] = weight[i] < 0 ? -kMostWeight : kMostWeight;
     model_update<Limit>(*m[i], bit);
   }
   return bit;

@@ -3,6 +3,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// Where a call would send a coder's state through memory, bit by bit. Code for size does without.
+#if defined(__OPTIMIZE_SIZE__) || defined(RELIEF_SMALL)
+#define RELIEF_INLINE inline
+#else
+#define RELIEF_INLINE __attribute__((always_inline)) inline
+#endif
+
+// What runs seldom in a file that is compiled for speed.
+#ifdef __clang__
+#define RELIEF_COLD __attribute__((minsize, noinline))
+#else
+#define RELIEF_COLD __attribute__((cold, noinline))
+#endif
+
 namespace relief {
 
 // An adaptive probability of a bit being 1: 22 bits of probability, 10 bits of count. The rate of adaptation
@@ -20,22 +34,56 @@ inline uint32_t model_p16(Model m) {
   return p < 32 ? 32 : p > 65504 ? 65504 : p;
 }
 
+// 65536 / (count + 1.6), part of the format; in bytes where that is enough.
 struct ReciprocalTable {
-  uint16_t value[1024];
-  constexpr ReciprocalTable() : value() {
-    for (uint32_t i = 0; i < 1024; i++)
-      value[i] = uint16_t(655360 / (10 * i + 16));  // 65536 / (i + 1.6), part of the format
+  uint16_t first[256];
+  uint8_t rest[1001 - 256];
+  constexpr ReciprocalTable() : first(), rest() {
+    for (uint32_t i = 0; i < 256; i++) first[i] = uint16_t(655360 / (10 * i + 16));
+    for (uint32_t i = 256; i < 1001; i++) rest[i - 256] = uint8_t(655360 / (10 * i + 16));
   }
 };
 inline constexpr ReciprocalTable kReciprocal;
+
+// count: at most Limit.
+template <uint32_t Limit>
+inline int64_t reciprocal(uint32_t count) {
+  static_assert(Limit <= 1000);
+  if (Limit < 256 || count < 256) return kReciprocal.first[count];
+  return kReciprocal.rest[count - 256];
+}
 
 template <uint32_t Limit>
 inline void model_update(Model& m, int bit) {
   const uint32_t count = m & 1023;
   const int32_t p = int32_t(m >> 10), target = bit ? (1 << 22) - 1 : 0;
-  const int32_t next = p + int32_t((int64_t(target - p) * kReciprocal.value[count]) >> 16);
-  m = uint32_t(next) << 10 | (count < Limit ? count + 1 : count);
+  const int32_t step = int32_t((int64_t(target - p) * reciprocal<Limit>(count)) >> 16);
+  m += (uint32_t(step) << 10) + (count < Limit);  // neither part spills into the other
 }
+
+// A coder for the length of a loop. Of the decoder it is a copy, written back at the end: stores through
+// other pointers cannot change it, so that its state stays in registers.
+template <class Coder, bool Encoding = Coder::kEncoding>
+class CoderCopy {
+ public:
+  explicit CoderCopy(Coder& coder) : outer_(coder), inner_(coder) {}
+  ~CoderCopy() { outer_ = inner_; }
+  CoderCopy(const CoderCopy&) = delete;
+  Coder& operator*() { return inner_; }
+
+ private:
+  Coder &outer_, inner_;
+};
+
+template <class Coder>
+class CoderCopy<Coder, true> {
+ public:
+  explicit CoderCopy(Coder& coder) : outer_(coder) {}
+  Coder& operator*() { return outer_; }
+
+ private:
+  Coder& outer_;
+};
 
 // Adaptation limits, part of the format.
 constexpr uint32_t kCoefficientLimit = 255;
@@ -43,7 +91,7 @@ constexpr uint32_t kMaskLimit = 400;
 
 // The coder's side of a bit: Coder is RangeDecoder (ignores `bit`, returns the decoded one) or RangeEncoder.
 template <uint32_t Limit, class Coder>
-inline int code_bit(Coder& coder, Model& m, int bit) {
+RELIEF_INLINE int code_bit(Coder& coder, Model& m, int bit) {
   bit = coder.code(bit, model_p16(m));
   model_update<Limit>(m, bit);
   return bit;
@@ -53,7 +101,7 @@ inline int code_bit(Coder& coder, Model& m, int bit) {
 // models: 40 of them. At most 20 prefix bits: value < 2^20.
 constexpr int kGolombModels = 40;
 template <class Coder>
-inline uint32_t code_golomb(Coder& coder, Model* models, uint32_t value) {
+[[gnu::noinline]] uint32_t code_golomb(Coder& coder, Model* models, uint32_t value) {
   int bits = 0;
   while (bits < 20 && (value + 1) >> (bits + 1)) bits++;
   int n = 0;

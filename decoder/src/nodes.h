@@ -38,21 +38,24 @@ struct Nodes {
 
 // Scales an integer vector (components below 2^46) to length kUnit, rounding towards zero. IEEE operations on
 // exactly represented integers: the same everywhere.
-inline void unit_vector(const int64_t v[3], int16_t out[3]) {
-  int64_t x = v[0], y = v[1], z = v[2];
-  auto large = [](int64_t c) { return c > (1 << 24) || c < -(1 << 24); };
-  while (large(x) || large(y) || large(z)) x /= 4, y /= 4, z /= 4;
-  const double l = __builtin_sqrt(double(x * x + y * y + z * z));
+inline void unit_vector(const double v[3], int16_t out[3]) {
+  double x = v[0], y = v[1], z = v[2];
+  auto large = [](double c) { return c > (1 << 24) || c < -(1 << 24); };
+  auto quarter = [](double c) { return double(int64_t(c) / 4); };
+  while (large(x) || large(y) || large(z)) x = quarter(x), y = quarter(y), z = quarter(z);
+  const double l = __builtin_sqrt(x * x + y * y + z * z);
   if (l == 0) {
     out[0] = out[1] = out[2] = 0;
     return;
   }
-  out[0] = int16_t(double(x) * kUnit / l);
-  out[1] = int16_t(double(y) * kUnit / l);
-  out[2] = int16_t(double(z) * kUnit / l);
+  out[0] = int16_t(x * kUnit / l);
+  out[1] = int16_t(y * kUnit / l);
+  out[2] = int16_t(z * kUnit / l);
 }
 
-inline void cross(const int64_t a[3], const int64_t b[3], int64_t out[3]) {
+// Of vectors of integers; those of differences of lattice coordinates are exact also as doubles.
+template <class Number>
+inline void cross(const Number a[3], const Number b[3], Number out[3]) {
   out[0] = a[1] * b[2] - a[2] * b[1];
   out[1] = a[2] * b[0] - a[0] * b[2];
   out[2] = a[0] * b[1] - a[1] * b[0];

@@ -4,7 +4,7 @@
 
 namespace relief {
 
-void vertex_normals(const MeshWriter& mesh, float* normals) {
+void vertex_normals(const MeshWriter& mesh, float* normals, const Leaves& leaves) {
   memset(normals, 0, size_t(mesh.vertex_count) * 3 * sizeof(float));
   const float* p = mesh.positions;
   for (uint32_t t = 0; t < mesh.triangle_count; t++) {
@@ -18,16 +18,7 @@ void vertex_normals(const MeshWriter& mesh, float* normals) {
       n[0] += nx, n[1] += ny, n[2] += nz;
     }
   }
-  for (uint32_t i = 0; i < mesh.vertex_count; i++) {
-    float* n = normals + 3 * size_t(i);
-    const float s = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    if (s > 0) {
-      const float l = __builtin_sqrtf(s);
-      n[0] /= l, n[1] /= l, n[2] /= l;
-    } else {
-      n[2] = 1;
-    }
-  }
+  leaves.normalise(normals, mesh.vertex_count);
 }
 
 }  // namespace relief

@@ -3,6 +3,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "models.h"
+
 namespace relief {
 
 class RangeDecoder {
@@ -16,7 +18,7 @@ class RangeDecoder {
 
   // The next bit, whose probability of being 1 is p16 / 65536. The argument `bit` is there for the encoder's
   // twin.
-  int code(int /*bit*/, uint32_t p16) {
+  RELIEF_INLINE int code(int /*bit*/, uint32_t p16) {
     const uint32_t bound = (range_ >> 16) * p16;
     int bit;
     if (code_ < bound) {
@@ -39,7 +41,7 @@ class RangeDecoder {
   bool exhausted() const { return cut_ && missing_; }
 
  private:
-  uint32_t read() {
+  RELIEF_INLINE uint32_t read() {
     if (next_ < end_) return *next_++;
     missing_ = true;
     return 0;

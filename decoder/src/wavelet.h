@@ -6,6 +6,7 @@
 // of one sample goes to the low band, times sqrt(2).
 #pragma once
 #include "format.h"
+#include "leaves.h"
 
 namespace relief {
 
@@ -21,20 +22,23 @@ void lift_odd(const float* low, float* high, int begin, int end, float factor, b
 
 // Fills the masks of all bands from the mask in low[0]. m: the patch's planes, zero outside of low[0].
 // scratch: at least 2 * (w / 2 + 1) * (h + 2) bytes.
-void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch);
+void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch, const Leaves& leaves = best_leaves());
 
 // Inverse transform of a patch.
 //   q, m      planes of quantised coefficients and masks
 //   step      quantisation step of the patch, lattice units
 //   scratch   wavelet_scratch(w, h) floats
 // Returns elevations, row by row without margin (inside scratch), undefined outside of the mask.
-const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step,
-                             float* scratch);
+const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
+                             const Leaves& leaves = best_leaves());
+
+// Samples of a row of a half, with those that fill its last block.
+constexpr size_t half_stride(size_t w) { return (w + kBlock - 1) / kBlock * kBlock; }
 
 // Values of the patch, of its two halves and of the next coarser level, and bytes of masks of the halves.
 constexpr size_t wavelet_scratch(size_t w, size_t h) {
-  const size_t lw = (w + 1) / 2, lh = (h + 1) / 2;
-  return w * h + 2 * lw * h + lw * lh + (2 * lw * (h + 6) + 3) / 4;
+  const size_t lw = (w + 1) / 2, lh = (h + 1) / 2, half = half_stride(lw);
+  return w * h + 2 * half * h + lw * lh + (2 * half * (h + 6) + 3) / 4;
 }
 
 inline float dequantise(int32_t q, float step) {

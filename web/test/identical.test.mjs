@@ -1,4 +1,4 @@
-// Native and WebAssembly decoders give the same bits.
+// Native and WebAssembly decoders give the same bits, with vectors and without.
 import assert from 'node:assert/strict';
 import crypto from 'node:crypto';
 import fs from 'node:fs';
@@ -20,18 +20,22 @@ function nativeHash(stream, name) {
   return sha256(fs.readFileSync(output));
 }
 
+const decoders = Promise.all(['relief.wasm', 'relief-simd.wasm'].map(async module =>
+  [module, await createReliefDecoder(new URL(`../dist/${module}`, import.meta.url))]));
+
 for (const [name, file] of [['sphere', sphereFile()], ...largeModels()]) {
   test(`${name}: same SHA-256 natively and in WebAssembly`, { skip: file ? false : `no ${name} on this machine` }, async t => {
-    const decoder = await createReliefDecoder();
     const [stream] = streamsOf(modelGlb(name, file));
-    const mesh = decoder.decode(stream);
-    const hash = sha256(mesh.positions, mesh.normals, mesh.indices);
-    assert.equal(hash, nativeHash(stream, name));
-    t.diagnostic(`${stream.length} bytes, ${mesh.vertexCount} vertices, ${mesh.triangleCount} triangles, ${hash}`);
+    for (const [module, decoder] of await decoders) {
+      const mesh = decoder.decode(stream);
+      const hash = sha256(mesh.positions, mesh.normals, mesh.indices);
+      assert.equal(hash, nativeHash(stream, name), module);
+      t.diagnostic(`${module}: ${stream.length} bytes, ${mesh.vertexCount} vertices, ${mesh.triangleCount} triangles, ${hash}`);
 
-    const { masksEnd } = decoder.inspect(stream);
-    const prefix = stream.slice(0, Math.floor((masksEnd + stream.length) / 2));
-    const coarse = decoder.decode(prefix);
-    assert.equal(sha256(coarse.positions, coarse.normals, coarse.indices), nativeHash(prefix, `${name}-prefix`));
+      const { masksEnd } = decoder.inspect(stream);
+      const prefix = stream.slice(0, Math.floor((masksEnd + stream.length) / 2));
+      const coarse = decoder.decode(prefix);
+      assert.equal(sha256(coarse.positions, coarse.normals, coarse.indices), nativeHash(prefix, `${name}-prefix`), module);
+    }
   });
 }

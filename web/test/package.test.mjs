@@ -17,7 +17,7 @@ test('packed and installed elsewhere, it decodes', () => {
   const [{ filename, files }] = JSON.parse(execFileSync('npm', ['pack', '--json', '--pack-destination', folder], { cwd: web, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }));
   execFileSync('tar', ['-xzf', path.join(folder, filename), '-C', installed, '--strip-components=1']);
   const names = files.map(file => file.path).sort();
-  assert.deepEqual(names, ['README.md', 'dist/relief.d.ts', 'dist/relief.mjs', 'dist/relief.wasm', 'package.json', 'three.d.ts', 'three.mjs']);
+  assert.deepEqual(names, ['README.md', 'dist/relief-simd.wasm', 'dist/relief.d.ts', 'dist/relief.mjs', 'dist/relief.wasm', 'package.json', 'three.d.ts', 'three.mjs']);
   fs.writeFileSync(path.join(folder, 's.relief'), streamsOf(sphereGlb())[0]);
   fs.writeFileSync(path.join(folder, 'main.mjs'), `
     import fs from 'node:fs';

@@ -6,10 +6,10 @@
 #include <numeric>
 
 #include "code/range_encoder.h"
-#include "coefficients.h"
 #include "container.h"
 #include "mask.h"
 #include "relief/encoder.h"
+#include "span_context.h"
 #include "wavelet.h"
 
 namespace relief {
@@ -19,7 +19,7 @@ namespace {
 class CountingDecoder {
  public:
   static constexpr bool kEncoding = false;
-  explicit CountingDecoder(RangeDecoder& coder) : coder_(coder) {}
+  explicit CountingDecoder(const RangeDecoder& coder) : coder_(coder) {}
   int code(int bit, uint32_t p16) {
     bit = coder_.code(bit, p16);
     bits_ += bit_cost(bit, p16);
@@ -33,7 +33,7 @@ class CountingDecoder {
   }
 
  private:
-  RangeDecoder& coder_;
+  RangeDecoder coder_;
   double bits_ = 0;
 };
 

@@ -1,0 +1,28 @@
+// Masks and coefficients of all patches: from bytes to planes.
+#pragma once
+#include "coefficients.h"
+#include "container.h"
+#include "mask.h"
+
+namespace relief {
+
+// The pyramids of all patches, one after the other (zero to begin with), and what decoding them takes.
+struct Planes {
+  const PatchHeader* patches;
+  uint32_t patch_count;
+  uint64_t* begin;  // of each patch's pyramid
+  int32_t* q;
+  uint8_t* mask;
+  MaskModels* mask_models;
+  CoefficientModels* coefficient_models;
+  uint8_t* mask_buffer;   // of the largest patch: mask_buffer bytes
+  uint8_t* mask_scratch;  // for build_masks
+};
+
+// Masks of all patches, and of all their bands. Returns the number of pixels.
+uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves);
+
+// All patches level by level, coarse to fine, as far as the bytes go.
+void decode_coefficients(RangeDecoder& coder, const Planes& planes, const Leaves& leaves);
+
+}  // namespace relief
