@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <list>
 #include <memory>
 #include <optional>
@@ -240,7 +238,7 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 5, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
-  const double usual = bytes > 0 ? -0.9 : 0.6;     // slope of the excess y over x, the logarithm of the step
+  const double usual = bytes > 0 ? -0.9 : 0.6;  // slope of the excess y over x, the logarithm of the step
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
@@ -265,7 +263,6 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
       Trial again = code(m, s, true, watch);
       if (again.stream != t.stream) t = std::move(again), y = measured(t);
     }
-    fprintf(stderr, "DBG settle step %.4g bytes %zu error %.4f y %.4f\n", double(s.placement.step), t.stream.size(), t.error * 1e4, y);
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
     if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
@@ -305,8 +302,8 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
   TriangleMesh middles;
   for (const auto& f : m.surface.faces) {
     const auto& v = m.surface.vertices;
-    const Vec3 p = m.surface.origin +
-                   m.surface.scale * (v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3;
+    const Vec3 p =
+        m.surface.origin + m.surface.scale * (v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3;
     middles.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
   }
   std::vector<float> distance = ErrorMeter(decoded, kFewestSamples).distance_of_positions(middles);
@@ -316,86 +313,96 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
 
 // Makes patches of what a trial misses, if there is anything worth its bytes.
 bool split_what_is_missed(Job& m, const Trial& t, Stopwatch& watch) {
-  static const double kFar = getenv("KFAR") ? atof(getenv("KFAR")) : 4, kBits = getenv("KBITS") ? atof(getenv("KBITS")) : 600;
+  const double error = t.error > 0 ? t.error : measure(m, t, kErrorSamples, watch);
+  constexpr double kFar = 4;     // times the error
+  constexpr double kBits = 600;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, t.mesh);
   PartitionOptions p;
   p.aperture = m.options.aperture;
-  size_t before = m.partition.normal.size();
-  const bool any = split_missed(m.surface, p, {distance, kFar * t.error * kLatticeDiagonal, kBits * t.lambda}, m.partition);
-  fprintf(stderr, "DBG split %zu -> %zu\n", before, m.partition.normal.size());
+  const bool any =
+      split_missed(m.surface, p, {distance, kFar * error * kLatticeDiagonal, kBits * t.lambda}, m.partition);
   watch.lap("partition");
   if (any) gather(m, watch);
   return any;
 }
 
-// Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
-// trial is near the target; the last word does the rest.
-Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
-  constexpr double near = 0.015;
-  const double direction = bytes > 0 ? -1 : 1;  // excess rises with lambda for errors, falls for bytes
-  double guess = m.options.error * kLatticeDiagonal * kUsualStep * m.spacing;  // step * spacing for the error
-  if (bytes > 0) guess = 1e-4 * kLatticeDiagonal * kUsualStep * m.spacing;
-  double x = std::log(kTrade * guess * guess);
-  const double least_x = std::log(kTrade) + 2 * std::log(kFinestStep * m.spacing);
-  const double most_x = std::log(kTrade) + 2 * std::log(kCoarsestStep * m.spacing);
-  x = std::clamp(x, least_x, most_x);
-  double slope = direction * kUsualSlope;
+// Where the target lies, as far as trials tell: logarithms of lambda with the excess there.
+struct Bracket {
   struct Point {
     double x, y;
   };
-  std::optional<Point> inside, outside;  // of the target: the bracket
-  Trial best, least;                     // inside and outside, nearest to the target
+  double least, most;  // x that are tried
+  double slope;        // of y over x
+  std::optional<Point> inside = std::nullopt, outside = std::nullopt;
+
+  void add(double x, double y) { (y <= 0 ? inside : outside) = Point{x, y}; }
+
+  // The next x to try after this one, which is the same if there is nothing left to try.
+  double next(double x, double y) {
+    if (!inside || !outside) return std::clamp(x + std::clamp(-y / slope, -3.0, 3.0), least, most);
+    const double lo = std::min(inside->x, outside->x), hi = std::max(inside->x, outside->x);
+    if (hi - lo < kNarrowest) return x;
+    // aim at the target, but keep the bracket shrinking
+    slope = (outside->y - inside->y) / (outside->x - inside->x);
+    return std::clamp(inside->x - inside->y / slope, lo + 0.15 * (hi - lo), hi - 0.15 * (hi - lo));
+  }
+};
+
+Bracket all_lambdas(const Job& m, double slope) {
+  const double trade = std::log(kTrade);
+  return {trade + 2 * std::log(kFinestStep * m.spacing), trade + 2 * std::log(kCoarsestStep * m.spacing),
+          slope};
+}
+
+// A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
+Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
+  constexpr int kMendRounds = 3;
+  Sampled sampled = sample(m, lambda, watch);
+  if (mended) mend(m, sampled, kMendRounds, watch);
+  Trial t = code(m, sampled, false, watch);
+  t.lambda = lambda;
+  if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
+  t.sampled = std::move(sampled);
+  return t;
+}
+
+// Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
+// trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
+Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
+  constexpr double kNear = 0.015, kNearToSplit = 0.5;
+  Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
+  const double error = bytes > 0 ? 1e-4 : m.options.error;
+  const double step = error * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
+  double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
+  Trial best, least;  // inside and outside of the target, nearest to it
   double best_y = -INFINITY, least_y = INFINITY;
-  met = false;
-  int split = 0;
+  bool looked = false, split = false;  // for what is missed
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
-    Sampled sampled = sample(m, std::exp(x), watch);
-    static const int mendq = getenv("MENDQ") ? atoi(getenv("MENDQ")) : 8;
-    if (split > 0) mend(m, sampled, mendq, watch);
-    Trial t = code(m, sampled, false, watch);
-    t.lambda = std::exp(x);
-    if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
-    t.sampled = std::move(sampled);
+    Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
     const double y = excess(t, m.options, bytes);
-    fprintf(stderr, "DBG trial x %.4f bytes %zu error %.4f y %.4f genus %ld\n", x, t.stream.size(), t.error * 1e4, y, (long)t.topology.genus);
-    if (getenv("DUMPM") && i == 1) { FILE* o = fopen("/tmp/w/dump.off", "w"); fprintf(o, "OFF\n%zu %zu 0\n", t.mesh.positions.size(), t.mesh.triangles.size()); for (auto& p : t.mesh.positions) fprintf(o, "%.9g %.9g %.9g\n", p[0], p[1], p[2]); for (auto& f : t.mesh.triangles) fprintf(o, "3 %u %u %u\n", f[0], f[1], f[2]); fclose(o); exit(1); }
-    static const int rounds = getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 3;
-    if (split < rounds && std::fabs(y) < 0.5) {
-      if (bytes > 0) t.error = measure(m, t, kErrorSamples, watch);
-      split++;
-      if (split_what_is_missed(m, t, watch)) {
-        inside = outside = std::nullopt;
-        best_y = -INFINITY, least_y = INFINITY, met = false;
+    if (!looked && std::fabs(y) < kNearToSplit) {
+      looked = true;
+      split = split_what_is_missed(m, t, watch);
+      if (split) {  // trials before are of other patches
+        bracket = all_lambdas(m, bracket.slope);
+        best_y = -INFINITY, least_y = INFINITY;
+        x = bracket.next(x, y);
         continue;
       }
-      split = rounds;
     }
-    if (std::fabs(y) < near) {
-      met = true;
-      best = std::move(t);
-      break;
-    }
-    (y <= 0 ? inside : outside) = Point{x, y};
+    bracket.add(x, y);
     if (y <= 0 && y > best_y)
       best_y = y, best = std::move(t);
     else if (y > 0 && y < least_y)
       least_y = y, least = std::move(t);
-    met = best_y > -INFINITY;
-    if (inside && outside) {
-      const double lo = std::min(inside->x, outside->x), hi = std::max(inside->x, outside->x);
-      if (hi - lo < kNarrowest) break;
-      // aim at the target, but keep the bracket shrinking
-      slope = (outside->y - inside->y) / (outside->x - inside->x);
-      x = inside->x - inside->y / slope;
-      x = std::clamp(x, lo + 0.15 * (hi - lo), hi - 0.15 * (hi - lo));
-    } else {
-      const double next = std::clamp(x + std::clamp(-y / slope, -3.0, 3.0), least_x, most_x);
-      if (next == x) break;  // as fine or as coarse as streams get
-      x = next;
-    }
+    if (std::fabs(y) < kNear) break;
+    const double next = bracket.next(x, y);
+    if (next == x) break;
+    x = next;
   }
-  return last_word(m, std::move(met ? best : least), bytes, met, watch);
+  met = best_y > -INFINITY || least_y < kNear;
+  return last_word(m, std::move(met && least_y >= kNear ? best : least), bytes, met, watch);
 }
 
 }  // namespace

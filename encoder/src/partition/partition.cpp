@@ -73,7 +73,7 @@ bool split_missed(const Surface& surface, const PartitionOptions& options, const
   const std::vector<std::vector<int>> regions = missed_regions(surface, missed, partition.label);
   if (regions.empty()) return false;
   NormalCone cone = make_normal_cone(surface, widest_aperture(options));
-  Patches patches{std::move(partition.label), std::move(partition.normal)};
+  Patches patches{partition.label, partition.normal};
   for (const std::vector<int>& faces : regions) {
     for (int f : faces) {
       cone.cells.smooth[f] = cone.cells.own[f];  // no noise, as it seems
@@ -84,6 +84,7 @@ bool split_missed(const Surface& surface, const PartitionOptions& options, const
   refit(surface, patches);
   ensure_height_fields(cone, surface, mean_spacing(surface, options), patches);
   compact(patches);
+  if (patches.label == partition.label) return false;
   partition = {std::move(patches.label), std::move(patches.normal)};
   return true;
 }

@@ -57,8 +57,7 @@ void measure_unknown(GapError& g, const DistanceToSurface& distance, double spac
   }
   if (points.empty()) return;
   const std::vector<float> d = distance(points);
-  for (size_t i = 0; i < probes.size(); i++)
-    g.squared[probes[i].triangle] += probes[i].share * d[i] * d[i];
+  for (size_t i = 0; i < probes.size(); i++) g.squared[probes[i].triangle] += probes[i].share * d[i] * d[i];
   for (const Probe& p : probes) known[g.key[p.triangle]] = g.squared[p.triangle];
 }
 
@@ -71,7 +70,8 @@ GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const Dista
   g.squared.assign(count, 0);
   for (size_t t = first; t < decoded.mesh.triangles.size(); t++) {
     std::array<Vec3, 3> p;
-    for (size_t k = 0; k < 3; k++) p[k] = ground.lattice(decoded.mesh.positions[decoded.mesh.triangles[t][k]]);
+    for (size_t k = 0; k < 3; k++)
+      p[k] = ground.lattice(decoded.mesh.positions[decoded.mesh.triangles[t][k]]);
     g.area.push_back((p[1] - p[0]).cross(p[2] - p[0]).norm() / 2);
     g.key.push_back(key_of(decoded.mesh, t));
     g.corner.push_back(p);
@@ -97,7 +97,8 @@ double laid_bare(const GapError& before, const GapError& after) {
     if (fresh.count(before.key[t])) continue;
     const auto& p = before.corner[t];
     const Vec3 middle = (p[0] + p[1] + p[2]) / 3;
-    for (const Vec3& q : {middle, Vec3((middle + p[0]) / 2), Vec3((middle + p[1]) / 2), Vec3((middle + p[2]) / 2)}) {
+    for (const Vec3& q :
+         {middle, Vec3((middle + p[0]) / 2), Vec3((middle + p[1]) / 2), Vec3((middle + p[2]) / 2)}) {
       double least = INFINITY;  // the corners are still there
       for (const Vec3& v : p) least = std::min(least, (v - q).squaredNorm());
       for (size_t a : added) {

@@ -16,7 +16,7 @@ using KnownTriangles = std::unordered_map<uint64_t, float>;
 constexpr double kShareOfError = 0.003;
 
 struct GapError {
-  std::vector<uint64_t> key;  // of each triangle between patches; tells it from others
+  std::vector<uint64_t> key;                // of each triangle between patches; tells it from others
   std::vector<std::array<Vec3, 3>> corner;  // lattice
   std::vector<double> area;
   std::vector<float> squared;   // mean squared distance from the surface

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFarStray = 64;   // spacings; how far away the next surface is looked for
 constexpr double kBridgeGain = 2;  // a piece is left away if that errs so many times less
-constexpr size_t kTinyPixels = 8;                         // a piece as small as this is not made smaller
+constexpr size_t kTinyPixels = 8;  // a piece as small as this is not made smaller
 const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 
 struct PositionHash {
@@ -66,8 +66,8 @@ double loss_without(const DecodedMesh& decoded, const Ground& ground, const std:
 }
 
 // Small pieces whose joining to the others errs more than leaving them away.
-void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces, const GapError& error,
-                  std::vector<char>& unwanted, double& lost) {
+void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                  const GapError& error, std::vector<char>& unwanted, double& lost) {
   std::unordered_map<int, double> bridges;  // error of the faces along the small groups
   std::vector<int> seen;
   for (size_t f = 0; f < error.of_face.size(); f++) {
@@ -77,7 +77,8 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
       for (uint32_t v : decoded.mesh.triangles[t]) {
         if (v >= unwanted.size()) continue;
         const int group = pieces.group[size_t(pieces.part[v])];
-        if (pieces.pixels[size_t(group)] >= kStrayPixels || pieces.main[size_t(pieces.component[size_t(group)])] == group)
+        if (pieces.pixels[size_t(group)] >= kStrayPixels ||
+            pieces.main[size_t(pieces.component[size_t(group)])] == group)
           continue;
         if (std::find(seen.begin(), seen.end(), group) == seen.end()) seen.push_back(group);
       }

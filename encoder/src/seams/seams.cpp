@@ -39,7 +39,8 @@ struct Context : SeamsInput {
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
   KnownTriangles& known;
-  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in, KnownTriangles& k)
+  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in,
+          KnownTriangles& k)
       : SeamsInput(in),
         coded(p),
         ground(ground_of(in.surface, patches, p.placement.spacing)),
@@ -230,7 +231,8 @@ std::vector<Suspect> worst_faces(const GapError& error) {
 // The links at the nodes along a face's rim.
 class RimLinks {
  public:
-  explicit RimLinks(const Context& in) : node_(in.ground.pixel.size(), UINT32_MAX), links_(in.plain.nodes.size()) {
+  explicit RimLinks(const Context& in)
+      : node_(in.ground.pixel.size(), UINT32_MAX), links_(in.plain.nodes.size()) {
     for (uint32_t n = 0; n < in.plain.nodes.size(); n++) node_[in.plain.nodes[n]] = n;
     for (uint32_t l = 0; l < in.plain.links.size(); l++)
       for (uint32_t n : in.plain.links[l]) links_[n].push_back(l);
@@ -267,7 +269,7 @@ void improve_faces(const Context& in, Attempt& best) {
     seams.holes.clear();
     seams.handles.push_back(link);
     Attempt a = open_holes(in, std::move(seams));
-    if (a.decoded.kind[link] != LinkKind::kMade) return false;
+    if (a.decoded.kind[link] != LinkKind::kMade || a.mismatch >= best.mismatch) return false;
     GapError e = error_of(in, a);
     const double gain = error.sum - e.sum + handle * (best.mismatch - a.mismatch);
     if (gain <= 0 || gain <= laid_bare(error, e)) return false;
@@ -288,7 +290,7 @@ void improve_faces(const Context& in, Attempt& best) {
 }
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
-constexpr int kVainRounds = 1;  // of mending masks, without getting better
+constexpr int kVainRounds = 1;        // of mending masks, without getting better
 
 }  // namespace
 
@@ -327,7 +329,6 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
     const double score = 10 * a.mismatch + 2 * folds + double(count) +
                          (error.sum + lost_before) / (kErrorScore * std::pow(double(placement.spacing), 4));
-    fprintf(stderr, "DBG mend round %d mismatch %g folds %d count %zu gap %.4g lost %.4g (%.4g) score %g patches %zu\n", round, a.mismatch, folds, size_t(count), error.sum, lost_before, error.sum / (kErrorScore * std::pow(double(placement.spacing), 4)), score, patches.size());
     if (score < best.score)
       best = {patches, patch_number, score}, vain = 0;
     else
