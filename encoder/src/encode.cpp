@@ -236,7 +236,7 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
 // with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
 // whether this one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 5, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
+  constexpr int kMost = 7, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
   const double usual = bytes > 0 ? -0.9 : 0.6;  // slope of the excess y over x, the logarithm of the step
   Trial best;
@@ -269,8 +269,9 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     if (!met || (best_y <= 0 && best_y > -kInside)) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
+    const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
     const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
-    x = bracket ? inside_x - (inside_y + kAim) / slope : x + std::clamp(-(y + kAim) / slope, -0.3, 0.3);
+    x = bracket ? inside_x - (inside_y + aim) / slope : x + std::clamp(-(y + aim) / slope, -0.3, 0.3);
   }
   met = best_y <= 0;
   if (m.options.unquantised) {
@@ -314,8 +315,8 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
 // Makes patches of what a trial misses, if there is anything worth its bytes.
 bool split_what_is_missed(Job& m, const Trial& t, Stopwatch& watch) {
   const double error = t.error > 0 ? t.error : measure(m, t, kErrorSamples, watch);
-  constexpr double kFar = 4;     // times the error
-  constexpr double kBits = 600;  // what patches of their own take, at least
+  constexpr double kFar = 4;      // times the error
+  constexpr double kBits = 3000;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, t.mesh);
   PartitionOptions p;
   p.aperture = m.options.aperture;

@@ -12,9 +12,9 @@
 namespace relief {
 namespace {
 
-constexpr double kFarStray = 64;   // spacings; how far away the next surface is looked for
-constexpr double kBridgeGain = 2;  // a piece is left away if that errs so many times less
-constexpr size_t kTinyPixels = 8;  // a piece as small as this is not made smaller
+constexpr double kFarStray = 64;    // spacings; how far away the next surface is looked for
+constexpr double kBridgeGain = 20;  // a piece is left away if that errs so many times less
+constexpr size_t kTinyPixels = 8;   // a piece as small as this is not made smaller
 const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 
 struct PositionHash {
@@ -42,9 +42,34 @@ void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces&
       unwanted[v] = 1;
 }
 
+// The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
+// lie along the surface.
+std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& ground, const GapError& error) {
+  std::vector<double> area(ground.pixel.size(), 0);
+  const size_t first = decoded.patch_triangles();
+  for (size_t t = 0; t < decoded.mesh.triangles.size(); t++) {
+    const auto& c = decoded.mesh.triangles[t];
+    double size;
+    if (t < first) {
+      const Vec3 p = ground.lattice(decoded.mesh.positions[c[0]]);
+      size = (ground.lattice(decoded.mesh.positions[c[1]]) - p)
+                 .cross(ground.lattice(decoded.mesh.positions[c[2]]) - p)
+                 .norm() /
+             2;
+    } else {
+      size = error.area[t - first];
+    }
+    for (uint32_t v : c)
+      if (v < area.size() &&
+          (t < first || error.squared[t - first] < ground.spacing[v] * ground.spacing[v] / 4))
+        area[v] += size / 3;
+  }
+  return area;
+}
+
 // Squared distance times area by which the surface is farther away without these pixels.
-double loss_without(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& pixels,
-                    const std::vector<char>& among) {
+double loss_without(const DecodedMesh& decoded, const Ground& ground, const std::vector<double>& area,
+                    const std::vector<uint32_t>& pixels, const std::vector<char>& among) {
   Eigen::AlignedBox3d box;
   for (uint32_t v : pixels) box.extend(ground.lattice(decoded.mesh.positions[v]));
   const Vec3 reach = Vec3::Constant(box.diagonal().norm() + kFarStray * ground.spacing[pixels[0]]);
@@ -59,8 +84,8 @@ double loss_without(const DecodedMesh& decoded, const Ground& ground, const std:
     const Vec3 p = ground.lattice(decoded.mesh.positions[v]);
     double least = reach.squaredNorm() / 3;
     for (const Vec3& q : others) least = std::min(least, (p - q).squaredNorm());
-    const double spacing = ground.spacing[v], away = std::max(0.0, std::sqrt(least) - spacing / 2);
-    loss += spacing * spacing * away * away;
+    const double away = std::max(0.0, std::sqrt(least) - ground.spacing[v] / 2);
+    loss += area[v] * away * away;
   }
   return loss;
 }
@@ -95,10 +120,11 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
   for (const auto& [group, pixels] : members) order.push_back({pixels.size(), group});
   std::sort(order.begin(), order.end());
   std::vector<char> away = unwanted;
+  const std::vector<double> area = area_of_pixels(decoded, ground, error);
   for (const auto& [size, group] : order) {
     const std::vector<uint32_t>& pixels = members[group];
     for (uint32_t v : pixels) away[v] = 1;
-    const double loss = loss_without(decoded, ground, pixels, away);
+    const double loss = loss_without(decoded, ground, area, pixels, away);
     const bool better = kBridgeGain * loss < bridges[group];
     if (better) lost += loss;
     for (uint32_t v : pixels) (better ? unwanted : away)[v] = better;

@@ -14,8 +14,6 @@ constexpr float kHole = 1.0f, kMaybeHole = 0.2f;
 constexpr int kMostTrials = 12;
 // Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
 constexpr size_t kFewLinks = 4;
-// What a handle more is worth of the error between patches: so many spacings to the fourth.
-constexpr double kHandleWorth = 0.02;
 constexpr int kMostFaceTrials = 60;
 
 // A link or a face with how far it leaves the surface.
@@ -260,7 +258,6 @@ class RimLinks {
 // Makes further handles as long as they take triangles away that leave the surface: a handle that is missing
 // leaves an opening closed. The worst faces first, by the links that were left out along their rims.
 void improve_faces(const Context& in, Attempt& best) {
-  const double spacing = in.coded.placement.spacing, handle = kHandleWorth * std::pow(spacing, 4);
   GapError error = error_of(in, best);
   const RimLinks rims(in);
   std::vector<char> tried(in.plain.links.size(), 0);
@@ -271,7 +268,7 @@ void improve_faces(const Context& in, Attempt& best) {
     Attempt a = open_holes(in, std::move(seams));
     if (a.decoded.kind[link] != LinkKind::kMade || a.mismatch >= best.mismatch) return false;
     GapError e = error_of(in, a);
-    const double gain = error.sum - e.sum + handle * (best.mismatch - a.mismatch);
+    const double gain = error.sum - e.sum;
     if (gain <= 0 || gain <= laid_bare(error, e)) return false;
     best = std::move(a), error = std::move(e);
     return true;
