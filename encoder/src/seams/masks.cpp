@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -90,32 +92,37 @@ double loss_without(const DecodedMesh& decoded, const Ground& ground, const std:
   return loss;
 }
 
-// Small pieces whose joining to the others errs more than leaving them away.
-void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                  const GapError& error, std::vector<char>& unwanted, double& lost) {
-  std::unordered_map<int, double> bridges;  // error of the faces along the small groups
-  std::vector<int> seen;
+using ErrorOfGroup = std::map<int, double>;
+
+// The error of the worst faces along each small group that is not the largest of its component.
+ErrorOfGroup errors_along(const DecodedMesh& decoded, const Pieces& pieces, const GapError& error) {
+  ErrorOfGroup along;
+  std::set<int> around;  // a face
   for (size_t f = 0; f < error.of_face.size(); f++) {
     if (error.of_face[f] <= kShareOfError * error.sum) continue;
-    seen.clear();
+    around.clear();
     for (size_t t = decoded.first_triangle[f]; t < decoded.face_end(f); t++)
-      for (uint32_t v : decoded.mesh.triangles[t]) {
-        if (v >= unwanted.size()) continue;
-        const int group = pieces.group[size_t(pieces.part[v])];
-        if (pieces.pixels[size_t(group)] >= kStrayPixels ||
-            pieces.main[size_t(pieces.component[size_t(group)])] == group)
-          continue;
-        if (std::find(seen.begin(), seen.end(), group) == seen.end()) seen.push_back(group);
-      }
-    for (int group : seen) bridges[group] += error.of_face[f];
+      for (uint32_t v : decoded.mesh.triangles[t])
+        if (v < pieces.part.size()) around.insert(pieces.group[size_t(pieces.part[v])]);
+    for (int group : around)
+      if (pieces.pixels[size_t(group)] < kStrayPixels &&
+          pieces.main[size_t(pieces.component[size_t(group)])] != group)
+        along[group] += error.of_face[f];
   }
+  return along;
+}
+
+// Small pieces whose joining to the others errs much more than leaving them away. The smallest first; those
+// that are left away are not there for the others.
+void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                  const GapError& error, std::vector<char>& unwanted, double& lost) {
+  const ErrorOfGroup bridges = errors_along(decoded, pieces, error);
   if (bridges.empty()) return;
-  std::unordered_map<int, std::vector<uint32_t>> members;
+  std::map<int, std::vector<uint32_t>> members;
   for (uint32_t v = 0; v < unwanted.size(); v++) {
     const int group = pieces.group[size_t(pieces.part[v])];
     if (bridges.count(group)) members[group].push_back(v);
   }
-  // the smallest first; those that are left away are not there for the others
   std::vector<std::pair<size_t, int>> order;
   for (const auto& [group, pixels] : members) order.push_back({pixels.size(), group});
   std::sort(order.begin(), order.end());
@@ -125,7 +132,7 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
     const std::vector<uint32_t>& pixels = members[group];
     for (uint32_t v : pixels) away[v] = 1;
     const double loss = loss_without(decoded, ground, area, pixels, away);
-    const bool better = kBridgeGain * loss < bridges[group];
+    const bool better = kBridgeGain * loss < bridges.at(group);
     if (better) lost += loss;
     for (uint32_t v : pixels) (better ? unwanted : away)[v] = better;
   }

@@ -14,12 +14,12 @@ struct CleanedPatch {
 
 // For every vertex that is a pixel, whether its mask is better without it:
 // - small pieces that no link could join to the rest of their component;
-// - small pieces that are joined to it through the air, at more error than leaving them away;
+// - small pieces that are joined to it through the air, at much more error than leaving them away;
 // - one of two pixels at one point of the lattice;
 // - pixels where links contradict one another;
 // - pixels beyond the border of another patch, where the triangles between the patches turn over. `folds`
-// receives
-//   the number of such edges that the surface does not have there.
+//   receives the number of such edges that the surface does not have there.
+// What leaving pieces away costs, squared distance times area, is added to `lost`.
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
                                   const GapError& error, int& folds, double& lost);
 
