@@ -266,7 +266,9 @@ void improve_faces(const Context& in, Attempt& best) {
     seams.holes.clear();
     seams.handles.push_back(link);
     Attempt a = open_holes(in, std::move(seams));
-    if (a.decoded.kind[link] != LinkKind::kMade || a.mismatch >= best.mismatch) return false;
+    if (a.decoded.kind[link] != LinkKind::kMade || a.mismatch >= best.mismatch ||
+        a.topology.genus > in.topology.genus)
+      return false;
     GapError e = error_of(in, a);
     const double gain = error.sum - e.sum;
     if (gain <= 0 || gain <= laid_bare(error, e)) return false;
