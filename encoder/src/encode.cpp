@@ -87,18 +87,24 @@ struct Trial {
   Sampled sampled;  // what it was made of, of trials of the search
 };
 
+TriangleMesh in_model_units(const Surface& s, const std::vector<Vec3>& points) {
+  TriangleMesh mesh;
+  mesh.positions.reserve(points.size());
+  for (const Vec3& v : points) {
+    const Vec3 p = s.origin + s.scale * v;
+    mesh.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
+  }
+  return mesh;
+}
+
+std::vector<float> distances(const Surface& s, const ErrorMeter& meter, const std::vector<Vec3>& points) {
+  std::vector<float> d = meter.distance_of_positions(in_model_units(s, points));
+  for (float& x : d) x = float(x / s.scale);
+  return d;
+}
+
 DistanceToSurface distance_to(const Job& m) {
-  return [&m](const std::vector<Vec3>& points) {
-    TriangleMesh query;
-    query.positions.reserve(points.size());
-    for (const Vec3& p : points) {
-      const Vec3 q = m.surface.origin + m.surface.scale * p;
-      query.positions.push_back({float(q.x()), float(q.y()), float(q.z())});
-    }
-    std::vector<float> d = m.meter->distance_of_positions(query);
-    for (float& x : d) x = float(x / m.surface.scale);
-    return d;
-  };
+  return [&m](const std::vector<Vec3>& points) { return distances(m.surface, *m.meter, points); };
 }
 
 void report(const EncodeOptions& o, const char* stage, double done) {
@@ -107,11 +113,7 @@ void report(const EncodeOptions& o, const char* stage, double done) {
 
 // The surface after repairs, not the file.
 TriangleMesh in_model_units(const Surface& s) {
-  TriangleMesh mesh;
-  for (const Vec3& v : s.vertices) {
-    const Vec3 p = s.origin + s.scale * v;
-    mesh.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
-  }
+  TriangleMesh mesh = in_model_units(s, s.vertices);
   for (const auto& f : s.faces) mesh.triangles.push_back({uint32_t(f[0]), uint32_t(f[1]), uint32_t(f[2])});
   return mesh;
 }
@@ -300,16 +302,11 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
 
 // Distances from the middle of each face to what a stream decodes to, lattice units.
 std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded) {
-  TriangleMesh middles;
-  for (const auto& f : m.surface.faces) {
-    const auto& v = m.surface.vertices;
-    const Vec3 p =
-        m.surface.origin + m.surface.scale * (v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3;
-    middles.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
-  }
-  std::vector<float> distance = ErrorMeter(decoded, kFewestSamples).distance_of_positions(middles);
-  for (float& d : distance) d = float(d / m.surface.scale);
-  return distance;
+  const auto& v = m.surface.vertices;
+  std::vector<Vec3> middles;
+  for (const auto& f : m.surface.faces)
+    middles.push_back((v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3);
+  return distances(m.surface, ErrorMeter(decoded, kFewestSamples), middles);
 }
 
 // Makes patches of what a trial misses, if there is anything worth its bytes.
