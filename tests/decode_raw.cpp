@@ -5,18 +5,8 @@
 #include <cstdlib>
 #include <vector>
 
+#include "golden.h"
 #include "relief/relief.h"
-
-static std::vector<unsigned char> read_file(const char* path) {
-  std::vector<unsigned char> bytes;
-  FILE* file = std::fopen(path, "rb");
-  if (!file) return bytes;
-  unsigned char block[1 << 16];
-  for (size_t n; (n = std::fread(block, 1, sizeof block, file)) > 0;)
-    bytes.insert(bytes.end(), block, block + n);
-  std::fclose(file);
-  return bytes;
-}
 
 template <class T>
 static bool write(FILE* file, const std::vector<T>& values, size_t count) {
@@ -30,7 +20,7 @@ static int fail(const char* what, const char* text) {
 
 int main(int argc, char** argv) {
   if (argc != 3) return fail("usage", "decode_raw STREAM OUT");
-  const std::vector<unsigned char> bytes = read_file(argv[1]);
+  const std::vector<uint8_t> bytes = relief::read_bytes(argv[1]);
   relief_info info;
   relief_status status = relief_inspect(bytes.data(), bytes.size(), nullptr, &info);
   if (status != RELIEF_OK) return fail(argv[1], relief_status_text(status));
