@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "seams/gap_error.h"
 
@@ -235,17 +236,14 @@ class RimLinks {
     for (uint32_t l = 0; l < in.plain.links.size(); l++)
       for (uint32_t n : in.plain.links[l]) links_[n].push_back(l);
   }
-  // Those that are left out and not yet tried; they are marked as tried.
-  std::vector<uint32_t> refused(const Attempt& a, uint32_t face, std::vector<char>& tried) const {
+  // Those that are left out.
+  std::vector<uint32_t> refused(const Attempt& a, uint32_t face) const {
     std::vector<uint32_t> found;
     for (size_t t = a.decoded.first_triangle[face]; t < a.decoded.face_end(face); t++)
       for (uint32_t v : a.decoded.mesh.triangles[t]) {
         if (v >= node_.size()) continue;
-        for (uint32_t link : links_[node_[v]]) {
-          if (a.decoded.kind[link] != LinkKind::kRefused || tried[link]) continue;
-          tried[link] = 1;
-          found.push_back(link);
-        }
+        for (uint32_t link : links_[node_[v]])
+          if (a.decoded.kind[link] == LinkKind::kRefused) found.push_back(link);
       }
     return found;
   }
@@ -279,7 +277,8 @@ void improve_faces(const Context& in, Attempt& best) {
   for (bool better = true; better;) {
     better = false;
     for (const Suspect& face : worst_faces(error)) {
-      for (uint32_t link : rims.refused(best, face.number, tried)) {
+      for (uint32_t link : rims.refused(best, face.number)) {
+        if (std::exchange(tried[link], 1)) continue;
         if (trials++ == kMostFaceTrials) return;
         if ((better = better_with(link))) break;
       }
