@@ -247,24 +247,6 @@ TEST(RoundTrip, AnOpenSurfaceKeepsItsBorder) {
   }
 }
 
-// Any prefix of the coefficients gives the same surface, coarser: closed stays closed.
-TEST(RoundTrip, PrefixesAreCoarserAndClosed) {
-  const TriangleMesh mesh = make_torus(96, 40);
-  const std::vector<uint8_t> s = round_trip(mesh, 5e-4).result.stream;
-  const ErrorMeter meter(mesh, kSamples);
-  const Decoded whole = decode_exactly(s.data(), s.size());
-  double last = 1e30;
-  for (double share : {0.0, 0.4, 1.0}) {
-    const size_t n = whole.info.masks_end + size_t(share * double(s.size() - whole.info.masks_end));
-    const TriangleMesh part = decode(s.data(), n);
-    const SurfaceError e = meter.measure(part);
-    EXPECT_LT(e.rms, last) << n;
-    last = e.rms;
-    EXPECT_EQ(topology(part).open_edges, 0u);
-    EXPECT_EQ(part.triangles.size() > 0, true);
-  }
-}
-
 TEST(RoundTrip, SameStreamOnAnyNumberOfThreads) {
   for (const TriangleMesh& mesh : {make_bumpy_sphere(4), make_hemisphere(16, 48)}) {
     EncodeOptions options;

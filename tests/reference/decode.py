@@ -993,7 +993,8 @@ class Gaps:
                 if B in rim:
                     link.inside = True
                     x, y = len(self.rim((a, link))), len(self.rim((b, link)))
-                elif piece_a == piece_b and link.kind != 'handle':
+                elif piece_a == piece_b and link.kind != 'handle' and not (
+                        self.seams is None and kind == 'refused' and len(rim) > 12 and len(self.rim(B)) > 12):
                     link.kind = 'refused'
                     continue
                 else:
