@@ -52,7 +52,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   for (uint32_t* c : counts)
     if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
   // positions stay finite: |origin| + scale * limit < 2^127
-  bool ok = (h.flags & ~uint32_t(kFlagClosed)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
+  bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
             within(h.spacing, 1.0f, float(1 << 20)) && within(h.step, 1.0f / 64, float(1 << 20));
   for (float o : h.origin) ok = ok && within(o, -1e37f, 1e37f);
   ok = ok && h.patch_count > 0 && h.boundary_nodes <= h.mask_pixels && h.mask_pixels >= 3;

@@ -32,7 +32,11 @@ uint64_t lay_out(Arena& a, const Parsed& parsed, Workspace& w) {
   p.patch_count = patches;
   p.begin = a.take<uint64_t>(patches);
   p.mask_models = a.take<MaskModels>(1);
-  p.coefficient_models = a.take<CoefficientModels>(1);
+  const bool bisk = parsed.header.flags & kFlagBisk;
+  p.coefficient_models = bisk ? nullptr : a.take<CoefficientModels>(1);
+  p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
+  p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
+  p.bisk_sets = bisk ? a.take<BiskSet>(parsed.header.mask_pixels) : nullptr;
   p.mask_buffer = a.take<uint8_t>(t.max_mask);
   p.q = a.take<int32_t>(t.planes);
   p.mask = a.take<uint8_t>(t.planes);

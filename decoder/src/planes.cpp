@@ -49,9 +49,20 @@ RELIEF_COLD bool decode_level(RangeDecoder& coder, const Planes& planes, int lev
   return true;
 }
 
+BiskPlanes bisk_planes(const Planes& p) {
+  return {p.patches, p.patch_count, p.begin, p.mask, p.q, p.bisk_state, p.bisk_patches, p.bisk_sets};
+}
+
 }  // namespace
 
 void decode_coefficients(RangeDecoder& coder, const Planes& planes, const Leaves& leaves) {
+  if (planes.bisk_state) {
+    const BiskPlanes bisk = bisk_planes(planes);
+    start_bisk(bisk);
+    while (advance_bisk(coder, bisk)) {
+    }
+    return;
+  }
   planes.coefficient_models->init();
   for (int level = kLevels; level >= 0; level--)
     if (!decode_level(coder, planes, level, leaves)) return;

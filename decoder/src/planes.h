@@ -1,5 +1,6 @@
 // Masks and coefficients of all patches: from bytes to planes.
 #pragma once
+#include "bisk_decoder.h"
 #include "coefficients.h"
 #include "container.h"
 #include "mask.h"
@@ -17,12 +18,16 @@ struct Planes {
   CoefficientModels* coefficient_models;
   uint8_t* mask_buffer;   // of the largest patch: mask_buffer bytes
   uint8_t* mask_scratch;  // for build_masks
+  // of streams that are coded by bisk, in place of the models; null in others
+  BiskState* bisk_state;
+  BiskPatch* bisk_patches;
+  BiskSet* bisk_sets;
 };
 
 // Masks of all patches, and of all their bands. Returns the number of pixels.
 uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves);
 
-// All patches level by level, coarse to fine, as far as the bytes go.
+// All patches, by the stream's coder, as far as the bytes go.
 void decode_coefficients(RangeDecoder& coder, const Planes& planes, const Leaves& leaves);
 
 }  // namespace relief

@@ -40,6 +40,9 @@ class RangeDecoder {
   // Beyond the bytes of a whole one there are zeros, which the encoder leaves out.
   bool exhausted() const { return cut_ && missing_; }
 
+  // Bytes that are not read yet.
+  size_t left() const { return size_t(end_ - next_); }
+
  private:
   RELIEF_INLINE uint32_t read() {
     if (next_ < end_) return *next_++;

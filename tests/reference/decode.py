@@ -86,7 +86,7 @@ class Stream:
             counts.append(value)
         (self.patch_count, self.mask_pixels, self.boundary_nodes, self.vertex_count, self.triangle_count,
          table, coefficients, seams) = counts
-        if (self.flags & ~1 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
+        if (self.flags & ~3 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
                 or not f32(1e-30) <= self.scale <= f32(1e30) or not 1 <= self.spacing <= 1 << 20
                 or not 1 / 64 <= self.step <= 1 << 20 or self.patch_count == 0
                 or self.boundary_nodes > self.mask_pixels or self.mask_pixels < 3):
@@ -142,6 +142,9 @@ class Coder:
 
     def exhausted(self):
         return self.cut and self.missing
+
+    def left(self):
+        return len(self.data) - self.at
 
     def bit(self, p):
         bound = (self.range >> 16) * p
@@ -477,10 +480,8 @@ def read_band(coder, models, patch, l, t):
             raise Exhausted
 
 
-def read_coefficients(coder, patches):
+def read_subband(coder, patches):
     models = CoefficientModels()
-    for p in patches:
-        p.q = {key: Plane(w, h) for key, (w, h) in sizes(p.width, p.height).items()}
     try:
         for p in patches:
             read_low(coder, models, p)
@@ -490,6 +491,156 @@ def read_coefficients(coder, patches):
                     read_band(coder, models, p, l, t)
     except Exhausted:
         pass
+
+
+class Set:
+    def __init__(self, band, x, y, width, height, depth):
+        self.band, self.x, self.y, self.width, self.height, self.depth = band, x, y, width, height, depth
+
+    def shrink(self, mask):
+        inside = [(x, y) for y in range(self.y, self.y + self.height) for x in range(self.x, self.x + self.width)
+                  if mask(x, y)]
+        if not inside:
+            return False
+        xs, ys = [x for x, _ in inside], [y for _, y in inside]
+        self.x, self.y = min(xs), min(ys)
+        self.width, self.height = max(xs) - self.x + 1, max(ys) - self.y + 1
+        return True
+
+    def halves(self):
+        if self.width >= self.height:
+            w = (self.width + 1) // 2
+            return (Set(self.band, self.x, self.y, w, self.height, self.depth + 1),
+                    Set(self.band, self.x + w, self.y, self.width - w, self.height, self.depth + 1))
+        h = (self.height + 1) // 2
+        return (Set(self.band, self.x, self.y, self.width, h, self.depth + 1),
+                Set(self.band, self.x, self.y + h, self.width, self.height - h, self.depth + 1))
+
+
+class Bisk:
+    def __init__(self, coder, patches):
+        self.coder = coder
+        self.planes, self.more, self.set, self.single, self.sign, self.refined = (
+            Lazy(lambda _: fresh()) for _ in range(6))
+        self.keys = [('low', LEVELS)] + [(t, l) for l in range(LEVELS - 1, -1, -1) for t in range(3)]
+        for p in patches:
+            p.lists = [[] for _ in range(29)]
+            p.found = []
+            for band, key in enumerate(self.keys):
+                s = Set(band, 0, 0, p.mask[key].width, p.mask[key].height, 0)
+                if s.shrink(p.mask[key]):
+                    p.lists[0].append(s)
+        try:
+            self.read(patches)
+        except Exhausted:
+            pass
+
+    def step(self, k):
+        if self.coder.left() < k:
+            raise Exhausted
+
+    def read(self, patches):
+        for p in patches:
+            self.step(10)
+            n = 1
+            for _ in range(5):
+                n = 2 * n + self.coder.adaptive(self.planes[n], 255)
+            p.plane, p.refining, p.before = min(n - 32, 26) - 1, False, 0
+        for _ in range(64):
+            for p in patches:
+                made = 0
+                while p.plane >= 0:
+                    self.step(4)
+                    if not self.coder.adaptive(self.more[min(made, 2), min(p.before, 2)], 255):
+                        break
+                    made += 1
+                    self.missing = ((1 << p.plane) - 1) * 7 >> 4
+                    if p.refining:
+                        self.refine(p)
+                        p.plane -= 1
+                    else:
+                        self.find(p)
+                    p.refining = not p.refining
+                p.before = made
+
+    def find(self, p):
+        for d in range(28, -1, -1):
+            for s in list(p.lists[d]):
+                self.step(4)
+                if self.test(p, s, 0):
+                    p.lists[d].remove(s)
+                    self.open(p, [s])
+
+    def open(self, p, stack):
+        while stack:
+            self.step(4)
+            s = stack.pop()
+            if s.width == s.height == 1:
+                q = p.q[self.keys[s.band]]
+                of_two = lambda v, w: sgn(sgn(v) + sgn(w))
+                context = (3 * of_two(q(s.x, s.y - 1), q(s.x, s.y + 1)) + of_two(q(s.x - 1, s.y), q(s.x + 1, s.y)) + 4)
+                negative = self.coder.adaptive(self.sign[self.type(s), context], 255)
+                v = (1 << p.plane) + self.missing
+                q.rows[s.y][s.x] = -v if negative else v
+                p.found.insert(0, s)
+                continue
+            a, b = s.halves()
+            a.shrink(p.mask[self.keys[s.band]])
+            b.shrink(p.mask[self.keys[s.band]])
+            first = self.test(p, a, 1)
+            second = self.test(p, b, 2) if first else 1
+            for half, has in ((b, second), (a, first)):
+                if has:
+                    stack.append(half)
+                else:
+                    p.lists[half.depth].insert(0, half)
+
+    def refine(self, p):
+        for s in p.found:
+            q = p.q[self.keys[s.band]]
+            old = q(s.x, s.y)
+            v = abs(old) >> p.plane + 1
+            if v:
+                self.step(4)
+                v = 2 * v + self.coder.adaptive(self.refined[self.around(p, s) if v == 1 else 12], 255)
+                q.rows[s.y][s.x] = sgn(old) * ((v << p.plane) + self.missing)
+
+    def type(self, s):
+        return 3 if s.band == 0 else (s.band - 1) % 3
+
+    def test(self, p, s, role):
+        if s.width == s.height == 1:
+            return self.coder.adaptive(self.single[role, self.type(s) == 2, self.around(p, s)], 255)
+        size = min(11, (s.width * s.height).bit_length() - 1)
+        return self.coder.adaptive(self.set[role, size, self.around_set(p, s)], 255)
+
+    def above(self, p, s, x, y):
+        up = p.q[self.keys[s.band - 3]] if s.band > 3 else None
+        return abs(up(min(x // 2, up.width - 1), min(y // 2, up.height - 1))) if up and up.width and up.height else 0
+
+    def around(self, p, s):
+        x, y = s.x, s.y
+        A = lambda dx, dy: abs(p.q[self.keys[s.band]](x + dx, y + dy))
+        e = (2 * (A(-1, 0) + A(1, 0) + A(0, -1) + A(0, 1)) + A(-1, -1) + A(1, -1) + A(-1, 1) + A(1, 1)
+             + self.above(p, s, x, y))
+        return min(11, activity_class(e >> p.plane))
+
+    def around_set(self, p, s):
+        A = lambda x, y: abs(p.q[self.keys[s.band]](x, y))
+        x, y = s.x + s.width // 2, s.y + s.height // 2
+        e = (A(s.x - 1, y) + A(s.x + s.width, y) + A(x, s.y - 1) + A(x, s.y + s.height) + self.above(p, s, x, y))
+        e >>= p.plane
+        return e if e < 2 else 2 if e < 4 else 3
+
+
+def read_coefficients(stream, patches):
+    for p in patches:
+        p.q = {key: Plane(w, h) for key, (w, h) in sizes(p.width, p.height).items()}
+    coder = Coder(stream.coefficients, stream.coefficients_cut)
+    if stream.flags & 2:
+        Bisk(coder, patches)
+    else:
+        read_subband(coder, patches)
 
 
 # --- 9 Heights ---
@@ -1222,7 +1373,7 @@ def decode(data, limits=(1 << 20, 1 << 28, 1 << 27), smoothed=False):
         make_masks(p)
     if sum(sum(map(sum, p.mask['low', 0].rows)) for p in patches) != stream.mask_pixels:
         raise Error(CORRUPT)
-    read_coefficients(Coder(stream.coefficients, stream.coefficients_cut), patches)
+    read_coefficients(stream, patches)
     mesh, nodes = Mesh(), []
     for p in patches:
         add_vertices(p, heights(p), mesh)

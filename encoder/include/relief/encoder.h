@@ -27,6 +27,13 @@ struct TriangleMesh {
 // Called from the encoding thread: a stage's name and how much of the whole work is done, 0 to 1, never falling.
 using Progress = std::function<void(const char* stage, double done)>;
 
+// How coefficients are coded: by bands, which takes the fewest bytes; or by bit planes (3.5), so that the stream may be cut
+// anywhere and each byte of a prefix counts.
+enum class Coder { kSubband, kBisk };
+
+// How bisk shares the bits of a prefix among patches (3.6): to where they lower the error most, or as many for each pixel.
+enum class Allocation { kRateDistortion, kEven };
+
 struct EncodeOptions {
   // The target. Exactly one of these is used: bytes if it is not zero, else bits_per_vertex if not zero, else error.
   double error = 1e-4;         // symmetric rms error (paper, equation 2) as a fraction of the bounding box diagonal
@@ -38,6 +45,8 @@ struct EncodeOptions {
                          // rate-distortion, patch by patch (3.6)
   size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
   bool fit = true;           // least-squares fitting of elevations (4.1)
+  Coder coder = Coder::kSubband;
+  Allocation allocation = Allocation::kRateDistortion;  // of bisk
   bool unquantised = false;  // also code the same patches with the finest step: tells the error of sampling
   Progress progress;     // may be empty
 };
