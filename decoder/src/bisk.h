@@ -86,26 +86,21 @@ inline const Band& band_of(const Pyramid& p, int number) {
 
 inline int type_of_band(int number) { return number == 0 ? 3 : (number - 1) % 3; }  // 3: LL
 
-// Makes the rectangle as small as the mask allows. False if nothing is in it.
-inline bool shrink(const Band& b, const uint8_t* mask, BiskSet& s) {
-  auto row = [&](uint32_t y) {
-    const uint8_t* m = mask + b.at(s.x, y);
-    for (uint32_t x = 0; x < s.width; x++)
-      if (m[x]) return true;
-    return false;
-  };
-  auto column = [&](uint32_t x) {
-    const uint8_t* m = mask + b.at(x, s.y);
-    for (uint32_t y = 0; y < s.height; y++)
-      if (m[size_t(y) * b.stride]) return true;
-    return false;
-  };
-  while (s.height > 0 && !row(s.y)) s.y++, s.height--;
-  if (s.height == 0) return false;
-  while (!row(s.y + s.height - 1u)) s.height--;
-  while (!column(s.x)) s.x++, s.width--;
-  while (!column(s.x + s.width - 1u)) s.width--;
-  return true;
+// Pixels of the mask in a rectangle.
+[[gnu::noinline]] inline uint32_t pixels_in(const uint8_t* mask, const Band& b, uint32_t x, uint32_t y, uint32_t width,
+                                            uint32_t height) {
+  uint32_t sum = 0;
+  for (const uint32_t end = y + height; y < end; y++)
+    for (uint32_t i = 0; i < width; i++) sum += mask[b.at(x + i, y)];
+  return sum;
+}
+
+// Makes the rectangle, which is not empty, as small as the mask allows.
+[[gnu::noinline]] inline void shrink(const Band& b, const uint8_t* mask, BiskSet& s) {
+  while (!pixels_in(mask, b, s.x, s.y, s.width, 1)) s.y++, s.height--;
+  while (!pixels_in(mask, b, s.x, s.y + s.height - 1u, s.width, 1)) s.height--;
+  while (!pixels_in(mask, b, s.x, s.y, 1, s.height)) s.x++, s.width--;
+  while (!pixels_in(mask, b, s.x + s.width - 1u, s.y, 1, s.height)) s.width--;
 }
 
 // Halves a set along its longer side, x if both are the same: `s` becomes the first half, `t` the second.
@@ -134,11 +129,12 @@ RELIEF_COLD inline uint32_t start_patch(const Pyramid& p, const uint8_t* mask, B
   uint32_t pixels = 0;
   for (int i = kBands; i-- > 0;) {
     const Band& b = band_of(p, i);
-    BiskSet s = {0, 0, uint16_t(b.width), uint16_t(b.height), patch.list[0], uint8_t(i), 0};
-    if (b.width == 0 || !shrink(b, mask, s)) continue;
-    for (uint32_t y = s.y; y < uint32_t(s.y) + s.height; y++)
-      for (uint32_t x = s.x; x < uint32_t(s.x) + s.width; x++) pixels += mask[b.at(x, y)];
-    sets[patch.used] = s;
+    const uint32_t of_band = pixels_in(mask, b, 0, 0, b.width, b.height);
+    if (of_band == 0) continue;
+    pixels += of_band;
+    BiskSet& s = sets[patch.used];
+    s = {0, 0, uint16_t(b.width), uint16_t(b.height), patch.list[0], uint8_t(i), 0};
+    shrink(b, mask, s);
     patch.list[0] = patch.used++;
   }
   return pixels;
@@ -150,7 +146,7 @@ inline uint32_t area_class(const BiskSet& s) {
 }
 
 // The magnitude above a place of a band, in the same band a level coarser.
-inline uint32_t parent_magnitude(const BiskImage& image, int number, uint32_t x, uint32_t y) {
+[[gnu::noinline]] inline uint32_t parent_magnitude(const BiskImage& image, int number, uint32_t x, uint32_t y) {
   if (number <= 3) return 0;
   const Band& up = band_of(image.pyramid, number - 3);
   if (!up.width || !up.height) return 0;
@@ -159,7 +155,7 @@ inline uint32_t parent_magnitude(const BiskImage& image, int number, uint32_t x,
 }
 
 // How large the coefficients around one are, in terms of the plane: a class.
-inline int surroundings(const BiskImage& image, const BiskSet& set, int plane) {
+[[gnu::noinline]] inline int surroundings(const BiskImage& image, const BiskSet& set, int plane) {
   const Band& b = band_of(image.pyramid, set.band);
   const ptrdiff_t s = b.stride;
   const int32_t* c = image.q + b.at(set.x, set.y);
@@ -172,7 +168,7 @@ inline int surroundings(const BiskImage& image, const BiskSet& set, int plane) {
 }
 
 // How large those beside the middles of a set's sides are, and the one above its own middle.
-inline int surroundings_of_set(const BiskImage& image, const BiskSet& s, int plane) {
+[[gnu::noinline]] inline int surroundings_of_set(const BiskImage& image, const BiskSet& s, int plane) {
   const Band& b = band_of(image.pyramid, s.band);
   const uint32_t x = s.x + s.width / 2u, y = s.y + s.height / 2u;
   auto at = [&](size_t i) { return uint32_t(magnitude(image.q[i])); };
@@ -193,13 +189,19 @@ inline int has_bit(const BiskImage& image, const BiskSet& s, int plane) {
   return 0;
 }
 
+// One decision; a call, since the code is small where it matters.
+template <class Coder>
+[[gnu::noinline]] int code_decision(Coder& coder, Model& m, int bit) {
+  return code_bit<kCoefficientLimit>(coder, m, bit);
+}
+
 // role: 0 for a set of a list, 1 and 2 for the halves of a set.
 template <class Coder>
-int code_test(Coder& coder, BiskModels& models, const BiskImage& image, const BiskSet& s, int plane, int role) {
+[[gnu::noinline]] int code_test(Coder& coder, BiskModels& models, const BiskImage& image, const BiskSet& s, int plane, int role) {
   Model& m = s.width == 1 && s.height == 1
                  ? models.single[role][type_of_band(s.band) == 2][surroundings(image, s, plane)]
                  : models.set[role][area_class(s)][surroundings_of_set(image, s, plane)];
-  return code_bit<kCoefficientLimit>(coder, m, Coder::kEncoding ? has_bit(image, s, plane) : 0);
+  return code_decision(coder, m, Coder::kEncoding ? has_bit(image, s, plane) : 0);
 }
 
 template <class Coder>
@@ -212,7 +214,7 @@ void code_sign(Coder& coder, BiskModels& models, const BiskImage& image, const B
   };
   const int context = 3 * of_two(c[-ptrdiff_t(b.stride)], c[b.stride]) + of_two(c[-1], c[1]) + 4;
   const int bit = Coder::kEncoding ? image.target[b.at(s.x, s.y)] < 0 : 0;
-  const bool negative = code_bit<kCoefficientLimit>(coder, models.sign[type_of_band(s.band)][context], bit);
+  const bool negative = code_decision(coder, models.sign[type_of_band(s.band)][context], bit);
   const int32_t value = (1 << plane) + missing_bits(plane);
   *c = negative ? -value : value;
 }
@@ -289,7 +291,7 @@ bool refinement_step(Coder& coder, BiskModels& models, const BiskImage& image, B
     if (known == 0) continue;  // found in this plane
     const int context = known == 1 ? surroundings(image, s, patch.plane) : kSurroundings;
     const int bit = Coder::kEncoding ? magnitude(image.target[i]) >> patch.plane & 1 : 0;
-    const int32_t bits = known << 1 | code_bit<kCoefficientLimit>(coder, models.refined[context], bit);
+    const int32_t bits = known << 1 | code_decision(coder, models.refined[context], bit);
     const int32_t value = (bits << patch.plane) + missing_bits(patch.plane);
     image.q[i] = image.q[i] < 0 ? -value : value;
     return true;
@@ -307,7 +309,7 @@ template <class Coder>
 int code_planes(Coder& coder, BiskModels& models, int planes) {
   int node = 1;
   for (int i = kPlaneBits - 1; i >= 0; i--)
-    node = node * 2 + code_bit<kCoefficientLimit>(coder, models.planes[node], planes >> i & 1);
+    node = node * 2 + code_decision(coder, models.planes[node], planes >> i & 1);
   node -= 1 << kPlaneBits;
   return node < kMostPlanes ? node : kMostPlanes;
 }
@@ -316,7 +318,7 @@ int code_planes(Coder& coder, BiskModels& models, int planes) {
 template <class Coder>
 int code_more(Coder& coder, BiskModels& models, const BiskPatch& patch, int made, int bit) {
   auto cut = [](int v) { return v < 2 ? v : 2; };
-  return code_bit<kCoefficientLimit>(coder, models.more[cut(made)][cut(patch.before)], bit);
+  return code_decision(coder, models.more[cut(made)][cut(patch.before)], bit);
 }
 
 }  // namespace relief

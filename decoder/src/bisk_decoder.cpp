@@ -18,4 +18,9 @@ RELIEF_COLD void start_bisk(const BiskPlanes& planes) {
   }
 }
 
+void continue_bisk(RangeDecoder& coder, const BiskPlanes& planes) {
+  while (advance_bisk(coder, planes)) {
+  }
+}
+
 }  // namespace relief

@@ -1,6 +1,7 @@
 // The decoder's side of bisk.h: from bytes to planes, as far as the bytes go, and on from there.
 #pragma once
 #include "bisk.h"
+#include "range_decoder.h"
 
 namespace relief {
 
@@ -29,6 +30,9 @@ struct BiskPlanes {
 // After the masks.
 void start_bisk(const BiskPlanes& planes);
 
+// As far as the bytes go; with more of them it goes on where it stopped.
+void continue_bisk(RangeDecoder& coder, const BiskPlanes& planes);
+
 // False if the bytes end before the pass.
 template <class Coder>
 bool run_bisk_pass(Coder& outer, const BiskPlanes& planes, BiskState& s, BiskPatch& patch) {
@@ -55,7 +59,7 @@ inline void next_bisk_patch(const BiskPlanes& planes, BiskState& s) {
 }
 
 // Codes what is next: a patch's number of planes, whether it makes another pass, or the pass. False if the bytes end or
-// all is done; with more bytes it goes on where it stopped.
+// all is done.
 template <class Coder>
 bool advance_bisk(Coder& coder, const BiskPlanes& planes) {
   BiskState& s = *planes.state;

@@ -59,8 +59,7 @@ void decode_coefficients(RangeDecoder& coder, const Planes& planes, const Leaves
   if (planes.bisk_state) {
     const BiskPlanes bisk = bisk_planes(planes);
     start_bisk(bisk);
-    while (advance_bisk(coder, bisk)) {
-    }
+    continue_bisk(coder, bisk);
     return;
   }
   planes.coefficient_models->init();
