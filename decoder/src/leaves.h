@@ -34,9 +34,10 @@ struct LiftedRow {
   ptrdiff_t stride;
 };
 
-// A row of a patch in space: position = (origin + x * along) + z * normal, lattice units.
+// A row of a patch in space: position = (origin + x * along) + z * normal, lattice units; x goes by 2^level.
 struct RowFrame {
   float origin[3], along[3], normal[3];
+  int level;
 };
 
 constexpr uint32_t kBlock = 8;
@@ -88,7 +89,7 @@ struct Leaves {
   // out[i] = to_lattice(z[i])
   void (*heights)(const float* z, int32_t* out, uint32_t n);
 
-  // Lattice positions of pixels (x, y), (x + 1, y) ... of a patch, 3 floats each.
+  // Lattice positions of pixels (x, y), (x + 2^level, y) ... of a patch, 3 floats each.
   void (*place_row)(const RowFrame& frame, int32_t x, const float* z, float* positions, uint32_t n);
 
   // Pixels of each cell, or 0 if they are fewer than 3. mask: of the cell's first pixel.

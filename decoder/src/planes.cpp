@@ -53,7 +53,7 @@ RELIEF_COLD bool decode_level(RangeDecoder& coder, const Planes& planes, int lev
 
 void decode_coefficients(RangeDecoder& coder, const Planes& planes, const Leaves& leaves) {
   planes.coefficient_models->init();
-  for (int level = kLevels; level >= 0; level--)
+  for (int level = kLevels; level >= planes.level; level--)
     if (!decode_level(coder, planes, level, leaves)) return;
 }
 
