@@ -15,15 +15,13 @@
 namespace relief {
 namespace {
 
-// Samples each way while searching, and for the last word: a few of them on thin parts carry much of the
-// error.
-constexpr size_t kErrorSamples = 300000, kFinalSamples = 1000000, kFewestSamples = 60000;
+constexpr size_t kErrorSamples = 200000;  // each way
 constexpr int kDiffusionRounds = 24;
-constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
-constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
-constexpr double kSamplingMargin = 0.007;
-constexpr double kUsualSlope = 0.27;  // of the logarithm of error or bytes over that of lambda
-constexpr double kUsualStep = 4.5;    // times spacing, over error times mean vertex spacing
+constexpr double kRingReach = 10;          // mean vertex spacings around a patch that its raster sees
+constexpr double kCoarsest = 16;           // spacing of resolution 0, mean vertex spacings
+constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
+constexpr double kUsualSlope = 0.27;       // of the logarithm of error or bytes over that of lambda
+constexpr double kUsualStep = 4.5;         // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
@@ -160,7 +158,7 @@ void prepare(Job& m, Stopwatch& watch) {
   m.topology = topology(in_model_units(m.surface));
   watch.lap("surface");
   const TriangleMesh& measured = m.options.min_component > 0 ? (m.kept = in_model_units(m.surface)) : m.mesh;
-  m.meter = std::make_unique<ErrorMeter>(measured, kFewestSamples);
+  m.meter = std::make_unique<ErrorMeter>(measured, kErrorSamples);
   watch.lap("measure");
   report(m.options, "partition", 0.05);
   PartitionOptions p;
@@ -220,9 +218,8 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
   return trial;
 }
 
-double measure(const Job& m, const Trial& trial, size_t most_samples, Stopwatch& watch) {
-  const size_t samples = std::clamp(8 * m.surface.faces.size(), kFewestSamples, most_samples);
-  const double error = m.meter->relative_rms(trial.mesh, samples);
+double measure(const Job& m, const Trial& trial, Stopwatch& watch) {
+  const double error = m.meter->relative_rms(trial.mesh);
   watch.lap("measure");
   return error;
 }
@@ -244,14 +241,8 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
-  double many_over_few = 1;  // what many samples say over what few say: hardly changes with the step
   auto measured = [&](Trial& t) {
-    t.error = many_over_few * measure(m, t, kErrorSamples, watch);
-    if (excess(t, m.options, bytes) <= 0) {  // may be the one
-      const double error = measure(m, t, kFinalSamples, watch);
-      many_over_few *= error / t.error;
-      t.error = error;
-    }
+    t.error = measure(m, t, watch);
     return excess(t, m.options, bytes);
   };
   if (!s.mended) mend(m, s, kMendRounds, watch);
@@ -306,12 +297,12 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
   std::vector<Vec3> middles;
   for (const auto& f : m.surface.faces)
     middles.push_back((v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3);
-  return distances(m.surface, ErrorMeter(decoded, kFewestSamples), middles);
+  return distances(m.surface, ErrorMeter(decoded, kErrorSamples), middles);
 }
 
 // Makes patches of what a trial misses, if there is anything worth its bytes.
 bool split_what_is_missed(Job& m, const Trial& t, Stopwatch& watch) {
-  const double error = t.error > 0 ? t.error : measure(m, t, kErrorSamples, watch);
+  const double error = t.error > 0 ? t.error : measure(m, t, watch);
   constexpr double kFar = 4;      // times the error
   constexpr double kBits = 3000;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, t.mesh);
@@ -359,7 +350,7 @@ Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwat
   if (mended) mend(m, sampled, kMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
   t.lambda = lambda;
-  if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
+  if (bytes == 0) t.error = measure(m, t, watch);
   t.sampled = std::move(sampled);
   return t;
 }
