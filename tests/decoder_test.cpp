@@ -921,6 +921,9 @@ TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
                       0.443f, round & 1, blocks);
       leaves.inverse_row(&mask[middle], n, &rows[5 * kMost], &rows[6 * kMost], &rows[7 * kMost]);
       leaves.normalise(&rows[0], n / 3);
+      std::vector<float> box(6);
+      leaves.bounds(&values[3], n, &box[0], &box[3]);
+      keep(box);
       leaves.place(&values[3], 0.3f, &rows[kMost], n / 3);
       keep(rows);
       std::vector<float> placed(3 * kMost);

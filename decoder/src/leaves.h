@@ -109,6 +109,9 @@ struct Leaves {
   // Vectors of 3 floats to unit length, (.., .., 1) where the square of the length is zero.
   void (*normalise)(float* vectors, uint32_t n);
 
+  // The least and the largest of n vectors of 3 floats, component by component; n is not 0.
+  void (*bounds)(const float* vectors, uint32_t n, float low[3], float high[3]);
+
   // Lattice to model coordinates, 3 a vertex: p = origin + scale * p.
   void (*place)(const float origin[3], float scale, float* positions, uint32_t n);
 };

@@ -11,18 +11,6 @@ struct Bounds {
   float low[3], high[3];  // lattice coordinates
 };
 
-Bounds bounds_of(const MeshWriter& mesh) {
-  Bounds b = {};
-  for (uint32_t v = 0; v < mesh.vertex_count; v++) {
-    const float* p = mesh.positions + 3 * size_t(v);
-    for (int i = 0; i < 3; i++) {
-      if (v == 0 || p[i] < b.low[i]) b.low[i] = p[i];
-      if (v == 0 || p[i] > b.high[i]) b.high[i] = p[i];
-    }
-  }
-  return b;
-}
-
 // Writes element by element, `stride` bytes apart. fill: makes the one of a number.
 template <class T, size_t N, class Fill>
 void write(void* out, size_t stride, uint32_t count, Fill fill) {
@@ -72,7 +60,8 @@ relief_status write_output(const relief_options& o, const StreamHeader& h, const
                            const float* normals, relief_mesh& out, const Leaves& leaves) {
   const uint32_t vertices = mesh.vertex_count;
   if (!wide_indices(o) && vertices > kMost16) return RELIEF_ERROR_OUTPUT;
-  Bounds b = bounds_of(mesh);
+  Bounds b = {};
+  if (vertices > 0) leaves.bounds(mesh.positions, vertices, b.low, b.high);
   if (!kPlain && o.flags & RELIEF_QUANTISED)
     quantise_positions(o, h, mesh, b, out);
   else
