@@ -931,9 +931,10 @@ TEST(Stream, AsksForNoMoreThanTheLimitsAllow) {
           for (uint32_t count : {1u, 2u, 30u, 1000u}) {
             const std::vector<uint8_t> stream = greedy_stream(count, width, height, vertices);
             ASSERT_LE(stream.size(), 1060u);
-            const relief_limits limits = {1000, pixels, vertices};
+            const relief_limits limits = {1000, pixels, vertices, UINT64_MAX};
+            relief_options options = {&limits, nullptr, 0, 0, 0, 0};
             relief_info info;
-            const relief_status status = relief_inspect(stream.data(), stream.size(), &limits, &info);
+            const relief_status status = relief_inspect(stream.data(), stream.size(), &options, &info);
             if (status != RELIEF_OK) continue;
             taken++;
             most = std::max(most, memory_of(info));
@@ -946,17 +947,78 @@ TEST(Stream, AsksForNoMoreThanTheLimitsAllow) {
   EXPECT_GT(most, 500000000u);  // they do ask for much
 }
 
-// The default limits allow far more than a machine has; the library and the command do not go along.
-TEST(Stream, GigabytesForAKilobyteAreRefused) {
-  const std::vector<uint8_t> stream = greedy_stream(1, kMaxSide, 1 << 13, 1 << 27);
+// The least max_memory with which a stream passes, by bisection; 0: the default does.
+uint64_t memory_needed(const std::vector<uint8_t>& stream, const relief_options& given) {
+  relief_limits limits = {UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
+  relief_options options = given;
+  options.limits = &limits;
   relief_info info;
-  ASSERT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_OK);
-  EXPECT_GT(memory_of(info), uint64_t(1) << 36);
-  EXPECT_THROW(decode(stream.data(), stream.size()), InputError);
-  const std::vector<uint8_t> modest = greedy_stream(1, 4096, 1024, 1 << 22);
-  ASSERT_EQ(relief_inspect(modest.data(), modest.size(), nullptr, &info), RELIEF_OK);
-  EXPECT_GT(memory_of(info), uint64_t(3) << 30);
-  EXPECT_THROW(decode(modest.data(), modest.size()), InputError);
+  uint64_t few = 1, many = uint64_t(1) << 60;
+  while (many - few > 1) {
+    limits.max_memory = few + (many - few) / 2;
+    const relief_status status = relief_inspect(stream.data(), stream.size(), &options, &info);
+    (status == RELIEF_OK ? many : few) = limits.max_memory;
+  }
+  return many;
+}
+
+// The formula is above what is needed, whatever the options, and not far above with the default ones.
+TEST(Stream, TheMemoryItAsksForIsKnownBeforehand) {
+  for (uint32_t vertices : {1u << 10, 1u << 16, 1u << 20})
+    for (uint32_t width : {1u, 2u, 3u, 17u, 33u, 1000u, kMaxSide})
+      for (uint32_t height : {1u, 2u, 3u, 17u, 33u, 1000u, kMaxSide})
+        for (uint32_t count : {1u, 30u, 200u}) {
+          const uint64_t pixels = uint64_t(width) * height * count;
+          if (pixels < 3 || pixels > 1 << 28) continue;
+          const std::vector<uint8_t> stream = greedy_stream(count, width, height, vertices);
+          const uint64_t bound = memory_needed(stream, {});
+          const relief_limits limits = {UINT32_MAX, UINT32_MAX, UINT32_MAX, bound};
+          for (uint32_t flags : {0, int(RELIEF_POINTS), RELIEF_QUANTISED | RELIEF_INDICES_16})
+            for (uint32_t level : {0, RELIEF_MAX_LEVEL}) {
+              relief_options options = {&limits, nullptr, level, flags, 0, 0};
+              relief_info info;
+              ASSERT_EQ(relief_inspect(stream.data(), stream.size(), &options, &info), RELIEF_OK)
+                  << count << " of " << width << " x " << height;
+              ASSERT_LE(memory_of(info), bound)
+                  << count << " of " << width << " x " << height << ", " << flags;
+              if (flags == 0 && level == 0) {
+                EXPECT_LE(bound, 3 * memory_of(info) + (1 << 23))
+                    << count << " of " << width << " x " << height;
+              }
+            }
+        }
+}
+
+// The default limits allow a stream 1 GiB and 64 KiB for each of its bytes; the library and the command say
+// so too.
+TEST(Stream, GigabytesForAKilobyteAreRefused) {
+  for (const std::vector<uint8_t>& stream :
+       {greedy_stream(1, kMaxSide, 1 << 13, 1 << 27), greedy_stream(1, 4096, 1024, 1 << 22)}) {
+    const uint64_t needed = memory_needed(stream, {}), allowed = (uint64_t(1) << 30) + (stream.size() << 16);
+    EXPECT_GT(needed, uint64_t(3) << 30);
+    relief_info info;
+    EXPECT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_ERROR_LIMIT);
+    EXPECT_THROW(decode(stream.data(), stream.size()), InputError);
+    relief_limits limits = relief_default_limits;
+    relief_options options = {&limits, nullptr, 0, 0, 0, 0};
+    for (uint64_t memory : {uint64_t(0), allowed, needed - 1}) {
+      limits.max_memory = memory;
+      EXPECT_EQ(relief_inspect(stream.data(), stream.size(), &options, &info), RELIEF_ERROR_LIMIT);
+    }
+    limits.max_memory = needed;
+    EXPECT_EQ(relief_inspect(stream.data(), stream.size(), &options, &info), RELIEF_OK);
+  }
+  // just below and above the default: nodes cost 1200 bytes, the step of this search
+  bool refused = false, passed = false;
+  for (uint32_t vertices = 1 << 19; vertices < 1 << 20; vertices += 1 << 12) {
+    const std::vector<uint8_t> stream = greedy_stream(1, 1024, 1024, vertices);
+    relief_info info;
+    const bool over = memory_needed(stream, {}) > (uint64_t(1) << 30) + (stream.size() << 16);
+    EXPECT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info),
+              over ? RELIEF_ERROR_LIMIT : RELIEF_OK);
+    (over ? refused : passed) = true;
+  }
+  EXPECT_TRUE(refused && passed);
 }
 
 TEST(Ledger, AddsUpToTheStream) {

@@ -63,7 +63,7 @@ void decode_coefficients(RangeDecoder& coder, const Planes& planes, const Leaves
     return;
   }
   planes.coefficient_models->init();
-  for (int level = kLevels; level >= 0; level--)
+  for (int level = kLevels; level >= planes.level; level--)
     if (!decode_level(coder, planes, level, leaves)) return;
 }
 

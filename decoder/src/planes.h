@@ -11,6 +11,7 @@ namespace relief {
 struct Planes {
   const PatchHeader* patches;
   uint32_t patch_count;
+  int level;        // coefficients of finer ones are left alone
   uint64_t* begin;  // of each patch's pyramid
   int32_t* q;
   uint8_t* mask;

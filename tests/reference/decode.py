@@ -2,9 +2,10 @@
 """A decoder written from docs/RELIEF_patch_compression/bitstream.md alone: slow, and in its order. The section numbers
 are those of that document.
 
-  decode.py [--limits PATCHES PIXELS VERTICES] [--smooth] FILE...
+  decode.py [--limits PATCHES PIXELS VERTICES] [--smooth] [--points] [--level L] [--patches BITS] FILE...
 
-prints for each file a line: the SHA-256 of positions, normals and indices, or the number of the error.
+prints for each file a line: the SHA-256 of positions, normals and indices, or the number of the error. Patch i is decoded if
+the (i mod their number)-th of the bits is 1.
 """
 import hashlib
 import json
@@ -245,7 +246,7 @@ def power(i):
 def read_table(stream, coder, limits):
     sets = {name: fresh_set() for name in ('width', 'height', 'x0', 'y0', 'z0', 'spacing', 'step')}
     patches = []
-    pixels = planes = 0
+    pixels = planes = largest = 0
     for i in range(stream.patch_count):
         p = Patch()
         raw8 = lambda: sum(coder.raw() << k for k in range(7, -1, -1)) - 127
@@ -261,12 +262,15 @@ def read_table(stream, coder, limits):
         p.spacing = f32(stream.spacing * power(-spacing_index))
         p.step = f32(stream.step * power(step_index))
         pixels += p.width * p.height
+        largest = max(largest, p.width * p.height)
         planes += sum((w + 4) * (h + 4) for w, h in sizes(p.width, p.height).values())
         if pixels > limits[1] or planes > 8 * limits[1] + 640 * (i + 1):
             raise Error(LIMIT)
         patches.append(p)
     if stream.mask_pixels > pixels:
         raise Error(CORRUPT)
+    stream.memory = ((1 << 23) + 128 * stream.patch_count + 5 * planes + 80 * largest + 100 * stream.mask_pixels
+                     + 1200 * stream.boundary_nodes)
     return patches
 
 
@@ -701,10 +705,10 @@ def merged(low, high, mask):
     return v
 
 
-def heights(patch):
+def heights(patch, level):
     D = patch.step
     low = [[value(q, D) for q in row] for row in patch.q['low', LEVELS].rows]
-    for l in range(LEVELS - 1, -1, -1):
+    for l in range(LEVELS - 1, level - 1, -1):
         d_high = f32(D * f32((1.35, 1.0)[l] if l < 2 else 1.0))
         d_both = f32(D * f32((1.8, 1.1)[l] if l < 2 else 1.0))
         HL = [[value(q, d_high) for q in row] for row in patch.q[0, l].rows]
@@ -718,7 +722,31 @@ def heights(patch):
                     zip(columns(even_rows, width), columns(odd_rows, width), columns(half, width))]
             halves.append(transposed(cols, mask.height))
         low = [merged(a, b, m) for a, b, m in zip(halves[0], halves[1], mask.rows)]
-    return low
+    return [[f32(z * 0.5 ** level) for z in row] for row in low]
+
+
+# --- 14 Coarser levels ---
+
+def good(mask, x, y):
+    def covered(cx, cy):
+        return mask(cx, cy) + mask(cx + 1, cy) + mask(cx, cy + 1) + mask(cx + 1, cy + 1) >= 3
+    cells = [covered(x, y), covered(x - 1, y), covered(x - 1, y - 1), covered(x, y - 1)]
+    sides = [mask(x + 1, y), mask(x, y + 1), mask(x - 1, y), mask(x, y - 1)]  # before each cell
+    fans = sum(cells[k] and not (cells[k - 1] and sides[k]) for k in range(4))
+    return any(cells) and fans < 2
+
+
+def tidy(mask):
+    for first in [(x, y) for y in range(mask.height) for x in range(mask.width)]:
+        stack = [first] if mask(*first) else []
+        while stack:
+            x, y = stack.pop()
+            if good(mask, x, y):
+                continue
+            mask.rows[y][x] = 0
+            for dx, dy in ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)):
+                if mask(x + dx, y + dy) and (x + dx, y + dy) not in stack:
+                    stack.append((x + dx, y + dy))
 
 
 # --- 10 Vertices ---
@@ -750,7 +778,7 @@ class Mesh:
         self.positions, self.triangles = [], []
 
 
-def add_vertices(patch, z, mesh):
+def add_vertices(patch, z, mesh, level):
     s = patch.spacing
     e1, e2, normal = frame(patch.u, patch.v)
     a = [f32(f32(c) * s) for c in e1]
@@ -758,12 +786,13 @@ def add_vertices(patch, z, mesh):
     n = [f32(c) for c in normal]
     o = [f32(c * f32(float(patch.z0) * s)) for c in n]
     patch.vertex, patch.h = {}, {}
-    for y in range(patch.height):
-        fy = float(patch.y0 + y)
-        for x in range(patch.width):
-            if not patch.mask['low', 0](x, y):
+    mask = patch.mask['low', level]
+    for y in range(mask.height):
+        fy = float(patch.y0 + (y << level))
+        for x in range(mask.width):
+            if not mask(x, y):
                 continue
-            fx = float(patch.x0 + x)
+            fx = float(patch.x0 + (x << level))
             patch.vertex[x, y] = len(mesh.positions)
             patch.h[x, y] = lattice(z[y][x])
             mesh.positions.append([
@@ -776,9 +805,9 @@ class Node:
     pass
 
 
-def mesh_patch(patch, mesh, nodes, most_nodes):
-    mask, vertex, h = patch.mask['low', 0], patch.vertex, patch.h
-    cells = [(x, y) for y in range(patch.height - 1) for x in range(patch.width - 1)
+def mesh_patch(patch, mesh, nodes, most_nodes, level):
+    mask, vertex, h = patch.mask['low', level], patch.vertex, patch.h
+    cells = [(x, y) for y in range(mask.height - 1) for x in range(mask.width - 1)
              if mask(x, y) + mask(x + 1, y) + mask(x, y + 1) + mask(x + 1, y + 1) >= 3]
     covered = set(cells)
     for x, y in vertex:
@@ -818,7 +847,7 @@ def mesh_patch(patch, mesh, nodes, most_nodes):
                 raise Error(CORRUPT)
             n = Node()
             n.vertex, n.patch, n.pixel, n.piece = vertex[pixel], patch, pixel, (id(patch), piece[cell])
-            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing)
+            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing * 2 ** level)
             n.normal = node_normal(pixel, covered, vertex, mesh.positions)
             n.next = n.prev = None
             n.number = at_pixel[pixel] = len(nodes)
@@ -1333,7 +1362,7 @@ def smooth(mesh, nodes):
         mesh.positions[v] = p
 
 
-def output(stream, mesh):
+def output(stream, mesh, points):
     P = [[float(c) for c in p] for p in mesh.positions]
     normals = [[0.0, 0.0, 0.0] for _ in P]
     for t in mesh.triangles:
@@ -1352,18 +1381,21 @@ def output(stream, mesh):
             n[2] = 1.0
     placed = [f32(o + stream.scale * c) for p in P for o, c in zip(stream.origin, p)]
     flat = [c for n in normals for c in n]
-    indices = [i for t in mesh.triangles for i in t]
+    indices = [] if points else [i for t in mesh.triangles for i in t]
     return (struct.pack('<%df' % len(placed), *placed) + struct.pack('<%df' % len(flat), *flat)
             + struct.pack('<%dI' % len(indices), *indices))
 
 
-def decode(data, limits=(1 << 20, 1 << 28, 1 << 27), smoothed=False):
+LIMITS = (1 << 20, 1 << 28, 1 << 27)
+
+
+def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1'):
     stream = Stream(data, limits)
     coder = Coder(stream.table)
     patches = read_table(stream, coder, limits)
     most_vertices = stream.mask_pixels + 7 * stream.boundary_nodes
     most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes
-    if max(most_vertices, most_triangles) > 0xffffffff:
+    if max(most_vertices, most_triangles) > 0xffffffff or stream.memory > (1 << 30) + (len(data) << 16):
         raise Error(LIMIT)
     if stream.vertex_count > most_vertices or stream.triangle_count > most_triangles:
         raise Error(CORRUPT)
@@ -1375,33 +1407,52 @@ def decode(data, limits=(1 << 20, 1 << 28, 1 << 27), smoothed=False):
         raise Error(CORRUPT)
     read_coefficients(stream, patches)
     mesh, nodes = Mesh(), []
-    for p in patches:
-        add_vertices(p, heights(p), mesh)
-        mesh_patch(p, mesh, nodes, stream.boundary_nodes)
-    if len(nodes) != stream.boundary_nodes:
+    chosen = [p for i, p in enumerate(patches) if wanted[i % len(wanted)] == '1']
+    whole = len(chosen) == len(patches)
+    for p in chosen:
+        z = heights(p, level)
+        if level > 0:
+            tidy(p.mask['low', level])
+        before = len(mesh.positions), len(mesh.triangles), len(nodes)
+        add_vertices(p, z, mesh, level)
+        try:
+            mesh_patch(p, mesh, nodes, stream.boundary_nodes, level)
+        except Error:
+            if level == 0:
+                raise
+            for all, count in zip((mesh.positions, mesh.triangles, nodes), before):
+                del all[count:]
+    if whole and level == 0 and len(nodes) != stream.boundary_nodes:
         raise Error(CORRUPT)
-    if nodes:
-        Gaps(nodes, int(max(p.spacing for p in patches)), bool(stream.flags & 1), stream.seams, mesh)
+    if nodes and not points:
+        Gaps(nodes, int(max(p.spacing for p in patches) * 2 ** level), whole and bool(stream.flags & 1),
+             stream.seams if whole and level == 0 else None, mesh)
     if smoothed:
         smooth(mesh, nodes)
-    return output(stream, mesh)
+    return output(stream, mesh, points)
 
 
 def main(arguments):
-    limits, smoothed = (1 << 20, 1 << 28, 1 << 27), False
+    options = {}
     while arguments and arguments[0].startswith('--'):
         option = arguments.pop(0)
         if option == '--smooth':
-            smoothed = True
+            options['smoothed'] = True
+        elif option == '--points':
+            options['points'] = True
+        elif option == '--level':
+            options['level'] = int(arguments.pop(0))
+        elif option == '--patches':
+            options['wanted'] = arguments.pop(0)
         elif option == '--limits':
-            limits = tuple(int(arguments.pop(0)) for _ in range(3))
+            options['limits'] = tuple(int(arguments.pop(0)) for _ in range(3))
         else:
             sys.exit(__doc__)
     for name in arguments:
         with open(name, 'rb') as file:
             data = file.read()
         try:
-            print(hashlib.sha256(decode(data, limits, smoothed)).hexdigest())
+            print(hashlib.sha256(decode(data, **options)).hexdigest())
         except Error as e:
             print(e.args[0])
 

@@ -67,10 +67,12 @@ EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options);
 
 struct DecodeOptions {
   uint64_t bytes = UINT64_MAX;  // of each stream, only the first so many are used: a coarser surface
-  bool smooth = false;          // smooth the seams between patches (5.3; see relief_decode_smoothed)
+  bool smooth = false;          // smooth the seams between patches (5.3; RELIEF_SMOOTH)
+  bool points = false;          // vertices only, gaps left open (RELIEF_POINTS)
+  uint32_t level = 0;           // a grid coarser by 2^level, 0 .. RELIEF_MAX_LEVEL
 };
 
-// Decodes with the library in decoder/. Throws InputError with the status' text.
+// Decodes with the library in decoder/. Throws InputError with the status' text, or if nothing is left at a level.
 TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& options = {});
 
 }  // namespace relief
