@@ -112,6 +112,44 @@ inline Decoded decode_exactly(const void* data, size_t size, const relief_option
   return decode_exactly_by(data, size, options, relief_decode);
 }
 
+// A stream that arrives piece by piece: relief_decode_more, each time with the workspace moved elsewhere.
+class Arriving {
+ public:
+  // All bytes so far.
+  Decoded decode(const void* data, size_t size, const relief_options* options = nullptr) {
+    return decode_exactly_by(data, size, options,
+                             [&](const void* bytes, size_t n, const relief_options* o, relief_mesh* mesh, void*,
+                                 size_t workspace_size) { return more(bytes, n, o, mesh, workspace_size); });
+  }
+  // Without a mesh.
+  relief_status take(const void* data, size_t size, const relief_options* options = nullptr) {
+    relief_info info;
+    const relief_status status = relief_inspect(data, size, options, &info);
+    return status == RELIEF_OK ? more(data, size, options, nullptr, size_t(info.workspace_bytes)) : status;
+  }
+  size_t taken() const { return taken_; }
+
+ private:
+  relief_status more(const void* data, size_t size, const relief_options* options, relief_mesh* mesh,
+                     size_t workspace_size) {
+    auto moved = std::make_unique<HeapBlock>(workspace_size);
+    if (workspace_) std::memcpy(moved->data(), workspace_->data(), std::min(workspace_size, workspace_->size()));
+    workspace_ = std::move(moved);
+    return relief_decode_more(data, size, options, mesh, workspace_->data(), workspace_size, &taken_);
+  }
+  std::unique_ptr<HeapBlock> workspace_;
+  size_t taken_ = 0;
+};
+
+// Whether two decodes gave the same, bit for bit.
+inline bool same(const Decoded& a, const Decoded& b) {
+  auto bytes_equal = [](const std::vector<float>& x, const std::vector<float>& y) {
+    return x.size() == y.size() && (x.empty() || !std::memcmp(x.data(), y.data(), x.size() * sizeof(float)));
+  };
+  return a.status == b.status && bytes_equal(a.positions, b.positions) && bytes_equal(a.normals, b.normals) &&
+         a.indices == b.indices;
+}
+
 // Options chosen by a number, in one case of four none.
 inline Decoded decode_randomly(const void* data, size_t size, const relief_limits& limits, uint32_t seed) {
   auto choose = [&seed](uint32_t n) { return ((seed = seed * 1664525 + 1013904223) >> 16) % n; };

@@ -60,6 +60,21 @@ TEST_P(Prefixes, ErrFurtherTheShorterTheyAre) {
   expect_error_falls(s.mesh, result.stream, name_of(GetParam()));
 }
 
+// Long streams, so that decoding goes on from many a place inside of bands and passes.
+TEST(Arriving, InPiecesGivesTheMeshOfThePrefix) {
+  for (Coder coder : {Coder::kSubband, Coder::kBisk}) {
+    EncodeOptions options;
+    options.error = 1e-4;
+    options.coder = coder;
+    const std::vector<uint8_t> s = encode(make_bumpy_sphere(6), options).stream;
+    EXPECT_GT(s.size(), 2500u);
+    Arriving stream;
+    for (size_t n = decode_exactly(s.data(), s.size()).info.masks_end; n < s.size(); n += 1 + n * 7919 % 307)
+      ASSERT_TRUE(same(stream.decode(s.data(), n), decode_exactly(s.data(), n))) << n;
+    EXPECT_TRUE(same(stream.decode(s.data(), s.size()), decode_exactly(s.data(), s.size())));
+  }
+}
+
 // The drilled slab and the cheese have tunnels, over which a prefix must not put lids.
 constexpr Coder kBisk = Coder::kBisk;
 INSTANTIATE_TEST_SUITE_P(, Prefixes,

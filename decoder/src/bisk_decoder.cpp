@@ -5,6 +5,7 @@ namespace relief {
 RELIEF_COLD void start_bisk(const BiskPlanes& planes) {
   BiskState& s = *planes.state;
   s.models.init();
+  s.coder = {};
   s.phase = BiskState::kPlanes;
   s.patch = 0;
   s.layer = s.made = 0;
@@ -18,9 +19,13 @@ RELIEF_COLD void start_bisk(const BiskPlanes& planes) {
   }
 }
 
-void continue_bisk(RangeDecoder& coder, const BiskPlanes& planes) {
+void continue_bisk(const uint8_t* data, size_t size, const BiskPlanes& planes) {
+  if (size < kPlanesBytes) return;  // less than a coder begins with
+  BiskState& s = *planes.state;
+  RangeDecoder coder(data, size, false, s.coder);
   while (advance_bisk(coder, planes)) {
   }
+  s.coder = coder.state(data);
 }
 
 }  // namespace relief

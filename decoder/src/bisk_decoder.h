@@ -10,6 +10,7 @@ struct BiskState {
   enum Phase : uint8_t { kPlanes, kMore, kPass, kDone };
   BiskModels models;
   BiskCursor cursor;
+  RangeDecoder::State coder;
   Phase phase;
   uint32_t patch;   // at hand
   int layer, made;  // layers before this one, and passes of the patch in it
@@ -31,7 +32,7 @@ struct BiskPlanes {
 void start_bisk(const BiskPlanes& planes);
 
 // As far as the bytes go; with more of them it goes on where it stopped.
-void continue_bisk(RangeDecoder& coder, const BiskPlanes& planes);
+void continue_bisk(const uint8_t* data, size_t size, const BiskPlanes& planes);
 
 // False if the bytes end before the pass.
 template <class Coder>

@@ -104,8 +104,8 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
 
 uint64_t memory_bound(const Parsed& parsed) {
   const StreamHeader& h = parsed.header;
-  return (1u << 23) + 128 * uint64_t(h.patch_count) + 5 * parsed.totals.planes +
-         80 * parsed.totals.max_pixels + 100 * uint64_t(h.mask_pixels) + 1200 * uint64_t(h.boundary_nodes);
+  return (1u << 23) + 320 * uint64_t(h.patch_count) + 5 * parsed.totals.planes +
+         80 * parsed.totals.max_pixels + 116 * uint64_t(h.mask_pixels) + 1200 * uint64_t(h.boundary_nodes);
 }
 
 uint64_t memory_allowed(const relief_limits& limits, size_t size) {

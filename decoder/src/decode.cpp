@@ -38,7 +38,14 @@ bool in_range(const relief_options& o) {
          o.normal_stride % 4 == 0 && o.normal_stride >= (quantised ? 4 : least.normal_stride);
 }
 
+// What a decode that goes on later has to find again: the same bytes up to the masks' end, the same options.
+struct Progress {
+  uint64_t check;
+  uint32_t level, flags;
+};
+
 struct Workspace {
+  Progress* progress;  // first of all
   PatchHeader* patches;
   Planes planes;
   float* scratch;
@@ -48,6 +55,7 @@ struct Workspace {
   // what is not made in the caller's memory, else null
   float *positions, *normals;
   uint32_t* indices;  // of points: of the patch at hand
+  uint32_t* smoothing;
 };
 
 // The most that a decode may write.
@@ -69,6 +77,7 @@ Capacity capacity_of(const relief_options& o, const Parsed& parsed) {
 uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Workspace& w) {
   const Totals& t = parsed.totals;
   const uint32_t patches = parsed.header.patch_count, nodes = parsed.header.boundary_nodes;
+  w.progress = a.take<Progress>(1);
   w.patches = a.take<PatchHeader>(patches);
   Planes& p = w.planes;
   p.patches = w.patches;
@@ -78,6 +87,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.mask_models = a.take<MaskModels>(1);
   const bool bisk = parsed.header.flags & kFlagBisk;
   p.coefficient_models = bisk ? nullptr : a.take<CoefficientModels>(1);
+  p.subband_state = bisk ? nullptr : a.take<SubbandState>(1);
   p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
   p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
   p.bisk_sets = bisk ? a.take<BiskSet>(parsed.header.mask_pixels) : nullptr;
@@ -101,6 +111,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.indices = points            ? a.take<uint32_t>(6 * t.max_pixels)
               : wide_indices(o) ? nullptr
                                 : a.take<uint32_t>(3 * most.triangles);
+  w.smoothing = o.flags & RELIEF_SMOOTH ? a.take<uint32_t>(most.vertices) : nullptr;
   return a.used + 16;
 }
 
@@ -163,13 +174,12 @@ relief_status mesh_patches(const relief_options& o, Workspace& w, OpenPatches& o
   return w.nodes.count == h.boundary_nodes ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
-// Everything before the gaps, but for what begin has filled in.
-relief_status open_patches(const uint8_t* data, const relief_options& o, Workspace& w, OpenPatches& open,
-                           float* normals, const Leaves& leaves) {
-  Parsed& parsed = open.parsed;
+// Table and masks: what comes before the coefficients.
+relief_status read_masks(const uint8_t* data, const relief_options& o, const Workspace& w, Parsed& parsed,
+                         const Leaves& leaves) {
   const StreamHeader& h = parsed.header;
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
-  relief_status status = parse_table(table, *o.limits, parsed, w.patches);
+  const relief_status status = parse_table(table, *o.limits, parsed, w.patches);
   if (status != RELIEF_OK) return status;
   memset(w.planes.q, 0, parsed.totals.planes * sizeof(*w.planes.q));
   memset(w.planes.mask, 0, parsed.totals.planes);
@@ -181,72 +191,81 @@ relief_status open_patches(const uint8_t* data, const relief_options& o, Workspa
   stage_done(Stage::kTable);
   if (decode_masks(table, w.planes, leaves) != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
   stage_done(Stage::kMasks);
+  start_coefficients(w.planes);
+  return RELIEF_OK;
+}
 
-  const uint8_t* const coefficients = data + parsed.coefficients_begin;
-  RangeDecoder coder(coefficients, parsed.coefficient_bytes, parsed.coefficient_bytes < h.coefficient_bytes);
-  decode_coefficients(coder, w.planes, leaves);
+void read_coefficients(const uint8_t* data, const Workspace& w, const Parsed& parsed, const Leaves& leaves) {
+  continue_coefficients(data + parsed.coefficients_begin, parsed.coefficient_bytes,
+                        parsed.coefficient_bytes < parsed.header.coefficient_bytes, w.planes, leaves);
   stage_done(Stage::kCoefficients);
+}
 
-  status = mesh_patches(o, w, open, normals, leaves);
+// Everything of the mesh before the gaps, but for what begin has filled in.
+relief_status open_patches(const relief_options& o, Workspace& w, OpenPatches& open, float* normals,
+                           const Leaves& leaves) {
+  const StreamHeader& h = open.parsed.header;
+  const relief_status status = mesh_patches(o, w, open, normals, leaves);
   if (status != RELIEF_OK) return status;
   float largest = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
     const float s = spacing_of(h.spacing, w.patches[i]);
     if (s > largest) largest = s;
   }
-  open.spacing = int32_t(largest * float(1 << parsed.level));
+  open.spacing = int32_t(largest * float(1 << open.parsed.level));
   open.nodes = w.nodes;
   open.gap_memory = w.gaps;
   return RELIEF_OK;
 }
 
-// Checks the arguments and lays the workspace out.
-relief_status begin(const void* data, size_t size, const relief_options& o, const relief_mesh* mesh,
-                    void* workspace, size_t workspace_size, Workspace& w, OpenPatches& open) {
-  const bool points = o.flags & RELIEF_POINTS;
-  if (!mesh || !mesh->positions || (!mesh->indices && !points) || !workspace) return RELIEF_ERROR_ARGUMENT;
-  if (reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
-  const relief_status status = parse(data, size, o, open.parsed);
+// Whether a mesh can be written there.
+bool is_writable(const relief_options& o, const relief_mesh* mesh) {
+  return mesh && mesh->positions && (mesh->indices || o.flags & RELIEF_POINTS);
+}
+
+// Checks the arguments but for the mesh, and lays the workspace out.
+relief_status begin(const void* data, size_t size, const relief_options& o, void* workspace, size_t workspace_size,
+                    Workspace& w, Parsed& parsed) {
+  if (!workspace || reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
+  const relief_status status = parse(data, size, o, parsed);
   if (status != RELIEF_OK) return status;
   Arena counted(nullptr), arena(workspace);
-  if (lay_out(counted, o, open.parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
-  lay_out(arena, o, open.parsed, w);
-  auto least = [](uint32_t a, uint64_t b) { return b < a ? uint32_t(b) : a; };
-  const Capacity most = capacity_of(o, open.parsed);
-  open.mesh = {w.positions ? w.positions : static_cast<float*>(mesh->positions),
-               w.indices ? w.indices : static_cast<uint32_t*>(mesh->indices),
-               least(mesh->vertex_capacity, most.vertices),
-               points ? least(UINT32_MAX, 2 * open.parsed.totals.max_pixels)
-                      : least(mesh->triangle_capacity, most.triangles),
-               0,
-               0};
+  if (lay_out(counted, o, parsed, w) > workspace_size) return RELIEF_ERROR_WORKSPACE;
+  lay_out(arena, o, parsed, w);
   return RELIEF_OK;
 }
 
-relief_status decode(const void* data, size_t size, const relief_options& o, relief_mesh* out,
-                     void* workspace, size_t workspace_size, const Leaves& leaves) {
-  Workspace w;
-  OpenPatches open;
-  relief_status status = begin(data, size, o, out, workspace, workspace_size, w, open);
-  if (status != RELIEF_OK) return status;
-  const uint8_t* const bytes = static_cast<const uint8_t*>(data);
+MeshWriter writer_for(const relief_options& o, const Workspace& w, const Parsed& parsed, const relief_mesh& mesh) {
+  auto least = [](uint32_t a, uint64_t b) { return b < a ? uint32_t(b) : a; };
+  const Capacity most = capacity_of(o, parsed);
+  return {w.positions ? w.positions : static_cast<float*>(mesh.positions),
+          w.indices ? w.indices : static_cast<uint32_t*>(mesh.indices),
+          least(mesh.vertex_capacity, most.vertices),
+          o.flags & RELIEF_POINTS ? least(UINT32_MAX, 2 * parsed.totals.max_pixels)
+                                  : least(mesh.triangle_capacity, most.triangles),
+          0,
+          0};
+}
+
+// From the planes to the mesh. Leaves what is needed to go on alone, but for masks at coarser levels.
+relief_status make_mesh(const uint8_t* data, size_t size, const relief_options& o, Workspace& w, OpenPatches& open,
+                        relief_mesh* out, const Leaves& leaves) {
+  open.mesh = writer_for(o, w, open.parsed, *out);
   float* const normals = !out->normals ? nullptr : w.normals ? w.normals : static_cast<float*>(out->normals);
-  status = open_patches(bytes, o, w, open, normals, leaves);
+  relief_status status = open_patches(o, w, open, normals, leaves);
   if (status != RELIEF_OK) return status;
   MeshWriter& mesh = open.mesh;
   if (!(o.flags & RELIEF_POINTS)) {
     const uint32_t patch_vertices = mesh.vertex_count;
     // the seams are those of the whole mesh at level 0; without all patches no surface is closed
-    const uint8_t* const seams = open.whole && o.level == 0 ? seams_of(open.parsed, bytes) : nullptr;
+    const uint8_t* const seams = open.whole && o.level == 0 ? seams_of(open.parsed, data) : nullptr;
     const bool closed = open.whole && open.parsed.header.flags & kFlagClosed;
-    status = close_gaps(open.nodes, open.components, {open.spacing, closed, seams, bytes + size, nullptr},
-                        mesh, open.gap_memory);
+    status = close_gaps(open.nodes, open.components, {open.spacing, closed, seams, data + size, nullptr}, mesh,
+                        open.gap_memory);
     if (status != RELIEF_OK) return status;
     stage_done(Stage::kGaps);
-    if (!kPlain && o.flags & RELIEF_SMOOTH)  // in memory that is free again: planes have an element a pixel
-                                             // and more, gap closing takes more a node
-      smooth_nodes(open.nodes, patch_vertices, mesh, reinterpret_cast<uint32_t*>(w.planes.q),
-                   reinterpret_cast<int64_t(*)[4]>(w.gaps));
+    if (!kPlain && o.flags & RELIEF_SMOOTH)  // gap closing takes more a node
+      smooth_nodes(open.nodes, patch_vertices, mesh, w.smoothing, reinterpret_cast<int64_t(*)[4]>(w.gaps));
     if (normals) {
       memset(normals, 0, sizeof(float[3]) * mesh.vertex_count);
       add_normals(mesh, normals);
@@ -257,6 +276,56 @@ relief_status decode(const void* data, size_t size, const relief_options& o, rel
   status = write_output(o, open.parsed.header, mesh, normals, *out, leaves);
   stage_done(Stage::kPlacement);
   return status;
+}
+
+relief_status decode(const void* data, size_t size, const relief_options& o, relief_mesh* out,
+                     void* workspace, size_t workspace_size, const Leaves& leaves) {
+  if (!is_writable(o, out)) return RELIEF_ERROR_ARGUMENT;
+  Workspace w;
+  OpenPatches open;
+  const uint8_t* const bytes = static_cast<const uint8_t*>(data);
+  relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
+  if (status == RELIEF_OK) status = read_masks(bytes, o, w, open.parsed, leaves);
+  if (status != RELIEF_OK) return status;
+  read_coefficients(bytes, w, open.parsed, leaves);
+  return make_mesh(bytes, size, o, w, open, out, leaves);
+}
+
+// FNV-1a.
+uint64_t hash_of(const uint8_t* data, size_t size) {
+  uint64_t h = 0xcbf29ce484222325u;
+  for (size_t i = 0; i < size; i++) h = (h ^ data[i]) * 0x100000001b3u;
+  return h;
+}
+
+// What a mesh of a coarser level did to the masks of a level is undone by making them again.
+void restore_masks(const Workspace& w, const Leaves& leaves) {
+  for (uint32_t i = 0; i < w.planes.patch_count; i++)
+    build_masks(pyramid_of(w.patches[i].width, w.patches[i].height), w.planes.mask + w.planes.begin[i],
+                w.planes.mask_scratch, leaves);
+}
+
+relief_status decode_more(const void* data, size_t size, const relief_options& o, relief_mesh* out,
+                          void* workspace, size_t workspace_size, size_t* taken, const Leaves& leaves) {
+  if (!taken || *taken > size || (out && !is_writable(o, out))) return RELIEF_ERROR_ARGUMENT;
+  Workspace w;
+  OpenPatches open;
+  const uint8_t* const bytes = static_cast<const uint8_t*>(data);
+  relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
+  if (status != RELIEF_OK) return status;
+  const Progress progress = {hash_of(bytes, open.parsed.coefficients_begin), o.level, o.flags};
+  if (*taken == 0) {
+    status = read_masks(bytes, o, w, open.parsed, leaves);
+    if (status != RELIEF_OK) return status;
+    *w.progress = progress;
+  } else if (memcmp(w.progress, &progress, sizeof progress) != 0) {
+    return RELIEF_ERROR_ARGUMENT;
+  } else if (o.level > 0) {
+    restore_masks(w, leaves);
+  }
+  read_coefficients(bytes, w, open.parsed, leaves);
+  *taken = size;
+  return out ? make_mesh(bytes, size, o, w, open, out, leaves) : RELIEF_OK;
 }
 
 }  // namespace
@@ -278,10 +347,14 @@ relief_status decode_patches(const void* data, size_t size, const relief_options
                              void* workspace, size_t workspace_size, OpenPatches& open) {
   Workspace w;
   const relief_options o = filled_in(options);
-  const relief_status status = begin(data, size, o, mesh, workspace, workspace_size, w, open);
-  return status == RELIEF_OK
-             ? open_patches(static_cast<const uint8_t*>(data), o, w, open, nullptr, best_leaves())
-             : status;
+  if (!is_writable(o, mesh)) return RELIEF_ERROR_ARGUMENT;
+  const uint8_t* const bytes = static_cast<const uint8_t*>(data);
+  relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
+  if (status == RELIEF_OK) status = read_masks(bytes, o, w, open.parsed, best_leaves());
+  if (status != RELIEF_OK) return status;
+  read_coefficients(bytes, w, open.parsed, best_leaves());
+  open.mesh = writer_for(o, w, open.parsed, *mesh);
+  return open_patches(o, w, open, nullptr, best_leaves());
 }
 
 }  // namespace relief
@@ -322,4 +395,10 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
 extern "C" relief_status relief_decode(const void* data, size_t size, const relief_options* options,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size) {
   return decode(data, size, filled_in(options), mesh, workspace, workspace_size, best_leaves());
+}
+
+extern "C" relief_status relief_decode_more(const void* data, size_t size, const relief_options* options,
+                                            relief_mesh* mesh, void* workspace, size_t workspace_size,
+                                            size_t* taken) {
+  return decode_more(data, size, filled_in(options), mesh, workspace, workspace_size, taken, best_leaves());
 }

@@ -16,6 +16,19 @@ class RangeDecoder {
     for (int i = 0; i < 4; i++) code_ = code_ << 8 | read();
   }
 
+  // What a decoder needs to go on later, perhaps with more bytes. at: bytes read; 0: none yet.
+  struct State {
+    size_t at;
+    uint32_t range, code;
+  };
+  RangeDecoder(const uint8_t* data, size_t size, bool cut, const State& s) : RangeDecoder(data, size, cut) {
+    if (s.at == 0) return;
+    next_ = data + s.at;
+    range_ = s.range, code_ = s.code;
+    missing_ = false;
+  }
+  State state(const uint8_t* data) const { return {size_t(next_ - data), range_, code_}; }
+
   // The next bit, whose probability of being 1 is p16 / 65536. The argument `bit` is there for the encoder's
   // twin.
   RELIEF_INLINE int code(int /*bit*/, uint32_t p16) {

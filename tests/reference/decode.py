@@ -269,7 +269,7 @@ def read_table(stream, coder, limits):
         patches.append(p)
     if stream.mask_pixels > pixels:
         raise Error(CORRUPT)
-    stream.memory = ((1 << 23) + 128 * stream.patch_count + 5 * planes + 80 * largest + 100 * stream.mask_pixels
+    stream.memory = ((1 << 23) + 320 * stream.patch_count + 5 * planes + 80 * largest + 116 * stream.mask_pixels
                      + 1200 * stream.boundary_nodes)
     return patches
 

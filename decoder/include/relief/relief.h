@@ -150,6 +150,23 @@ typedef struct relief_mesh {
 RELIEF_API relief_status relief_decode(const void* data, size_t size, const relief_options* options,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size);
 
+/* As relief_decode, for a stream that is still arriving: call it again whenever there are more bytes. What was done
+ * with the earlier ones is not done again, but for the bytes of a row of coefficients or about a thousand, and for the
+ * mesh, which is made anew at each call. The mesh is that of relief_decode with the same bytes, bit for bit.
+ *   data, size       all bytes so far, from the beginning of the stream; the earlier ones are the same as before, but may
+ *                    lie elsewhere
+ *   options          the same at every call, but for limits, patches and strides
+ *   mesh             as for relief_decode; null: take the bytes in, without a mesh. Its arrays may be others each time
+ *   workspace        as for relief_decode; it is left alone between the calls (or moved, to where it is aligned as well)
+ *   taken            in: 0, to begin a stream, or what the call before wrote; out: the bytes taken in. Untouched after
+ *                    an error of the stream (as long as there are less than relief_info.masks_end bytes: TRUNCATED);
+ *                    written before an error of the mesh (OUTPUT, CORRUPT), so that one can go on from there, too
+ * Errors: those of relief_decode. ARGUMENT also if taken is null or above size, or options or bytes up to
+ * relief_info.masks_end are not those of the call before. */
+RELIEF_API relief_status relief_decode_more(const void* data, size_t size, const relief_options* options,
+                                            relief_mesh* mesh, void* workspace, size_t workspace_size,
+                                            size_t* taken);
+
 #ifdef __cplusplus
 }
 #endif
