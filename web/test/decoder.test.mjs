@@ -266,7 +266,7 @@ function withPages(pages) {
 test('a failed allocation is an error, and the next decode is right, here and in workers', async () => {
   const small = new Uint8Array(fs.readFileSync(new URL('../../tests/golden/one-patch.relief', import.meta.url)));
   const expected = (await createReliefDecoder()).decode(small);
-  const decoder = await createReliefDecoder({ module: withPages(24), workers: 2 });
+  const decoder = await createReliefDecoder({ module: withPages(20), workers: 2 });
   for (let round = 0; round < 3; round++) {
     assert.equal(codeOf(() => decoder.decode(stream)), 'MEMORY');
     assert.deepEqual(decoder.decode(small), expected);
