@@ -83,8 +83,20 @@ export interface ReliefDecoder {
    * there are workers, the others wait. Rejects with ReliefError; the next stream is decoded all the same.
    */
   decodeAsync(stream: Uint8Array | ArrayBuffer, options?: ReliefDecodeOptions): Promise<ReliefMesh>;
+  /** A decoder for a stream that arrives in pieces. It has memory of its own, which goes with it. */
+  incremental(options?: ReliefDecodeOptions): ReliefIncremental;
   /** Ends the workers. What they had not finished is rejected. */
   dispose(): void;
+}
+
+export interface ReliefIncremental {
+  /**
+   * Takes the next bytes of the stream in and returns what decode() makes of all so far, or null while they do not reach to
+   * the end of the masks (ReliefInfo.masksEnd). Earlier bytes are not decoded again; the mesh is made anew.
+   * @param options mesh: false returns no mesh, to save the time for it
+   * Throws ReliefError; from then on always the same.
+   */
+  push(bytes: Uint8Array | ArrayBuffer, options?: { mesh?: boolean }): ReliefMesh | null;
 }
 
 export interface ReliefDecoderOptions {

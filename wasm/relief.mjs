@@ -65,6 +65,7 @@ export async function createReliefDecoder({ workers = 0, module: given = moduleB
     inspect: (stream, options) => guarded(state, wasm => inspect(wasm, place(wasm, stream, options ?? {}))),
     decode: decodeHere,
     decodeAsync: async (stream, options) => pool ? pool.decode(stream, options ?? {}) : decodeHere(stream, options),
+    incremental: options => createIncremental(module, options ?? {}),
     dispose: () => pool?.close(),
   };
 }
@@ -82,7 +83,8 @@ function guarded(state, call) {
     if (error instanceof RangeError) throw new ReliefError('MEMORY', `not enough memory for the mesh: ${error.message}`);
     throw error;
   } finally {
-    if (wasm.memory.buffer.byteLength > KEEP_BYTES) state.instance = null;
+    if (state.keeps) ;
+    else if (wasm.memory.buffer.byteLength > KEEP_BYTES) state.instance = null;
     else wasm.relief_wasm_reset();
   }
 }
@@ -141,34 +143,98 @@ function inspect(wasm, input) {
   };
 }
 
-function decode(wasm, stream, options) {
-  const input = place(wasm, stream, options);
+// Room for a mesh and the workspace.
+function layOut(wasm, input, { normals = true, patches }) {
   const info = inspect(wasm, input);
-  const { normals = true, patches } = options;
   if (patches && patches.length !== info.patchCount) {
     throw new ReliefError('ARGUMENT', `there are ${info.patchCount} patches, and ${patches.length} are told of`);
   }
-  const positionsAt = allocate(wasm, info.vertexCapacity * 12);
+  const positions = allocate(wasm, info.vertexCapacity * 12);
   const normalsAt = normals ? allocate(wasm, info.vertexCapacity * 12) : 0;
-  const indicesAt = allocate(wasm, info.triangleCapacity * 12);
-  const meshAt = allocate(wasm, MESH_BYTES);
-  const workspaceAt = allocate(wasm, info.workspaceBytes);
-  new Uint32Array(wasm.memory.buffer, meshAt, 5).set([positionsAt, normalsAt, indicesAt, info.vertexCapacity, info.triangleCapacity]);
-  check(wasm, wasm.relief_decode(input.data, input.size, input.options, meshAt, workspaceAt, info.workspaceBytes));
+  const indices = allocate(wasm, info.triangleCapacity * 12);
+  const mesh = allocate(wasm, MESH_BYTES);
+  const workspace = allocate(wasm, info.workspaceBytes);
+  new Uint32Array(wasm.memory.buffer, mesh, 5).set([positions, normalsAt, indices, info.vertexCapacity, info.triangleCapacity]);
+  return { info, positions, normals: normalsAt, indices, mesh, workspace };
+}
 
+// Copies a mesh out of the module.
+function takeMesh(wasm, { info, positions, normals, indices, mesh }) {
   const memory = wasm.memory.buffer;
-  const [vertexCount, triangleCount] = new Uint32Array(memory, meshAt + 20, 2);
+  const [vertexCount, triangleCount] = new Uint32Array(memory, mesh + 20, 2);
   if (vertexCount > info.vertexCapacity || triangleCount > info.triangleCapacity) {
     throw new ReliefError('INTERNAL', 'the decoder wrote more than it announced');
   }
   return {
-    positions: new Float32Array(memory, positionsAt, 3 * vertexCount).slice(),
-    normals: normals ? new Float32Array(memory, normalsAt, 3 * vertexCount).slice() : null,
-    indices: new Uint32Array(memory, indicesAt, 3 * triangleCount).slice(),
+    positions: new Float32Array(memory, positions, 3 * vertexCount).slice(),
+    normals: normals ? new Float32Array(memory, normals, 3 * vertexCount).slice() : null,
+    indices: new Uint32Array(memory, indices, 3 * triangleCount).slice(),
     vertexCount,
     triangleCount,
-    min: [...new Float32Array(memory, meshAt + 28, 3)],
-    max: [...new Float32Array(memory, meshAt + 40, 3)],
+    min: [...new Float32Array(memory, mesh + 28, 3)],
+    max: [...new Float32Array(memory, mesh + 40, 3)],
+  };
+}
+
+function decode(wasm, stream, options) {
+  const input = place(wasm, stream, options), at = layOut(wasm, input, options);
+  check(wasm, wasm.relief_decode(input.data, input.size, input.options, at.mesh, at.workspace, at.info.workspaceBytes));
+  return takeMesh(wasm, at);
+}
+
+// A stream that comes in pieces. It has an instance of its own, in which all stays between the calls: the workspace, the
+// arrays and, at the end, where they can grow, the bytes.
+function createIncremental(module, options) {
+  const state = { module, instance: null, keeps: true };
+  let early = new Uint8Array(0), at = null, failed = null;
+
+  function begin(wasm, bytes) {
+    const joined = new Uint8Array(early.length + bytes.length);
+    joined.set(early);
+    joined.set(bytes, early.length);
+    early = joined;
+    wasm.relief_wasm_reset();
+    const input = place(wasm, early, options);
+    at = { ...layOut(wasm, input, options), options: input.options, taken: allocate(wasm, 4), size: 0, room: 0 };
+    new Uint32Array(wasm.memory.buffer, at.taken, 1)[0] = 0;
+    append(wasm, early);
+  }
+
+  // What is allocated last lies behind what was before.
+  function append(wasm, bytes) {
+    const more = at.size + bytes.length - at.room;
+    if (more > 0) {
+      const grown = Math.ceil(Math.max(more, at.room, 16) / 16) * 16, address = allocate(wasm, grown);
+      at.data ??= address;
+      at.room += grown;
+    }
+    new Uint8Array(wasm.memory.buffer).set(bytes, at.data + at.size);
+    at.size += bytes.length;
+  }
+
+  function push(wasm, bytes, wanted) {
+    try {
+      if (at) append(wasm, bytes);
+      else begin(wasm, bytes);
+    } catch (error) {
+      if (error.code === 'TRUNCATED') return null;
+      throw error;
+    }
+    check(wasm, wasm.relief_decode_more(at.data, at.size, at.options, wanted ? at.mesh : 0, at.workspace, at.info.workspaceBytes, at.taken));
+    return wanted ? takeMesh(wasm, at) : null;
+  }
+
+  return {
+    push(stream, { mesh = true } = {}) {
+      if (failed) throw failed;
+      const bytes = bytesGiven(stream);
+      try {
+        return guarded(state, wasm => push(wasm, bytes, mesh));
+      } catch (error) {
+        state.instance = null;  // its memory goes
+        throw failed = error;
+      }
+    },
   };
 }
 

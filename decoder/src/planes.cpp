@@ -45,7 +45,7 @@ class SubbandCheckpoints {
   uint32_t patch = 0;
 
   bool due(size_t left) const { return left < due_; }
-  void save(const RangeDecoder& coder, uint32_t row) {
+  RELIEF_COLD void save(const RangeDecoder& coder, uint32_t row) {
     state_.coder = coder.state(data_);
     state_.level = level, state_.type = type, state_.patch = patch, state_.row = row;
     state_.models = *planes_.coefficient_models;
@@ -80,7 +80,7 @@ RELIEF_COLD bool decode_part(RangeDecoder& coder, const Planes& planes, SubbandC
 }
 
 // The three bands of a level follow one another in a patch.
-void continue_subband(const uint8_t* data, size_t size, bool cut, const Planes& planes, const Leaves& leaves) {
+RELIEF_COLD void continue_subband(const uint8_t* data, size_t size, bool cut, const Planes& planes, const Leaves& leaves) {
   const SubbandState& from = *planes.subband_state;
   SubbandCheckpoints at(planes, data, size);
   RangeDecoder coder(data, size, cut, from.coder);

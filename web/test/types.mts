@@ -1,5 +1,5 @@
 // Compiled by package.test.mjs, never run: the public interface as an application uses it.
-import { createReliefDecoder, ReliefError, type ReliefInfo, type ReliefMesh } from 'relief-gltf';
+import { createReliefDecoder, ReliefError, type ReliefIncremental, type ReliefInfo, type ReliefMesh } from 'relief-gltf';
 import { ReliefPatchCompression } from 'relief-gltf/three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
@@ -11,6 +11,9 @@ const normals: Float32Array | null = mesh.normals;
 const coarse: ReliefMesh = await decoder.decodeAsync(new Uint8Array(8), { level: 2, points: true, patches: [true, false] });
 const [x, y, z]: [number, number, number] = coarse.min;
 console.log(x, y, z);
+const incremental: ReliefIncremental = decoder.incremental({ level: 1 });
+const sofar: ReliefMesh | null = incremental.push(new Uint8Array(8)) ?? incremental.push(new ArrayBuffer(8), { mesh: false });
+console.log(sofar?.vertexCount);
 own.dispose();
 new GLTFLoader().register(parser => new ReliefPatchCompression(parser, decoder));
 try {
