@@ -649,7 +649,10 @@ struct BiskPatches {
     coded.clear();
     for (size_t i = 0; i < images.size(); i++)
       coded.push_back({{pictures[i].w, pictures[i].h, 0, 0, 0, 0, 0, 0, 0},
-                       pictures[i].mask.data(), &images[i], z[i].data(), nullptr});
+                       pictures[i].mask.data(),
+                       &images[i],
+                       z[i].data(),
+                       nullptr});
     return code_bisk(coded, placement);
   }
 
@@ -669,8 +672,9 @@ struct BiskPatches {
     BiskState state;
     std::vector<BiskPatch> at(coded.size());
     std::vector<BiskSet> sets(pixels);
-    const BiskPlanes planes = {headers.data(), uint32_t(headers.size()), begin.data(), mask.data(),
-                               q.data(),       &state,                   at.data(),    sets.data()};
+    const BiskPlanes planes = {
+        headers.data(), uint32_t(headers.size()), begin.data(), mask.data(), q.data(), &state, at.data(),
+        sets.data()};
     const HeapBlock exact(bytes.data(), size);
     RangeDecoder coder(exact.data(), size, false);
     start_bisk(planes);
@@ -730,8 +734,8 @@ TEST(Bisk, TheWholeCodeHoldsEveryCoefficient) {
   }
 }
 
-// Whatever the byte at which the code is cut. A byte alone may add a little: the middle of an interval is not always
-// nearer than that of the one it is in.
+// Whatever the byte at which the code is cut. A byte alone may add a little: the middle of an interval is not
+// always nearer than that of the one it is in.
 TEST(Bisk, EveryPrefixDecodesAndLongerOnesAreNearer) {
   BiskPatches b = random_bisk_patches(32);
   const EmbeddedCode code = b.code();
@@ -744,13 +748,15 @@ TEST(Bisk, EveryPrefixDecodesAndLongerOnesAreNearer) {
   }
   EXPECT_LT(last, 1e-4 * nothing);
   for (int part = 1; part < 16; part++) {
-    const size_t end = code.bytes.size() * size_t(part) / 16, begin = code.bytes.size() * size_t(part - 1) / 16;
-    EXPECT_LT(total(b.squared_errors(code.bytes, end)), 0.9 * total(b.squared_errors(code.bytes, begin))) << part;
+    const size_t end = code.bytes.size() * size_t(part) / 16,
+                 begin = code.bytes.size() * size_t(part - 1) / 16;
+    EXPECT_LT(total(b.squared_errors(code.bytes, end)), 0.9 * total(b.squared_errors(code.bytes, begin)))
+        << part;
   }
 }
 
-// Two patches alike but for the heights: the rough one takes the more bits if they go where they help most, and that
-// errs less for the same bytes; evenly, both are coded alike (3.6).
+// Two patches alike but for the heights: the rough one takes the more bits if they go where they help most,
+// and that errs less for the same bytes; evenly, both are coded alike (3.6).
 TEST(Bisk, AllocationByRateAndDistortionBeatsTheEvenOne) {
   Random random(33);
   const Picture p = {64, 64, std::vector<uint8_t>(64 * 64, 1)};

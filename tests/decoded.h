@@ -117,9 +117,10 @@ class Arriving {
  public:
   // All bytes so far.
   Decoded decode(const void* data, size_t size, const relief_options* options = nullptr) {
-    return decode_exactly_by(data, size, options,
-                             [&](const void* bytes, size_t n, const relief_options* o, relief_mesh* mesh, void*,
-                                 size_t workspace_size) { return more(bytes, n, o, mesh, workspace_size); });
+    return decode_exactly_by(
+        data, size, options,
+        [&](const void* bytes, size_t n, const relief_options* o, relief_mesh* mesh, void*,
+            size_t workspace_size) { return more(bytes, n, o, mesh, workspace_size); });
   }
   // Without a mesh.
   relief_status take(const void* data, size_t size, const relief_options* options = nullptr) {
@@ -133,7 +134,8 @@ class Arriving {
   relief_status more(const void* data, size_t size, const relief_options* options, relief_mesh* mesh,
                      size_t workspace_size) {
     auto moved = std::make_unique<HeapBlock>(workspace_size);
-    if (workspace_) std::memcpy(moved->data(), workspace_->data(), std::min(workspace_size, workspace_->size()));
+    if (workspace_)
+      std::memcpy(moved->data(), workspace_->data(), std::min(workspace_size, workspace_->size()));
     workspace_ = std::move(moved);
     return relief_decode_more(data, size, options, mesh, workspace_->data(), workspace_size, &taken_);
   }

@@ -692,8 +692,9 @@ TEST(Arriving, RefusesWhatIsNotTheSameStream) {
     EXPECT_EQ(more(s, s.size()), RELIEF_ERROR_ARGUMENT);
     taken = s.size() + 1;
     EXPECT_EQ(more(s, s.size()), RELIEF_ERROR_ARGUMENT);
-    EXPECT_EQ(relief_decode_more(s.data(), s.size(), nullptr, nullptr, workspace.data(), workspace.size(), nullptr),
-              RELIEF_ERROR_ARGUMENT);
+    EXPECT_EQ(
+        relief_decode_more(s.data(), s.size(), nullptr, nullptr, workspace.data(), workspace.size(), nullptr),
+        RELIEF_ERROR_ARGUMENT);
     taken = 0;
     EXPECT_EQ(more(s, info.masks_end - 1), RELIEF_ERROR_TRUNCATED);
     EXPECT_EQ(taken, 0u);

@@ -43,7 +43,8 @@ void expect_error_falls(const TriangleMesh& mesh, const std::vector<uint8_t>& st
     EXPECT_LT(error, last) << what << ", " << percent << "%";
     last = error;
     const Topology t = topology(part);
-    EXPECT_EQ(t.open_edges + t.nonmanifold_edges + t.nonmanifold_vertices, 0u) << what << ", " << percent << "%";
+    EXPECT_EQ(t.open_edges + t.nonmanifold_edges + t.nonmanifold_vertices, 0u)
+        << what << ", " << percent << "%";
   }
 }
 
@@ -78,9 +79,10 @@ TEST(Arriving, InPiecesGivesTheMeshOfThePrefix) {
 // The drilled slab and the cheese have tunnels, over which a prefix must not put lids.
 constexpr Coder kBisk = Coder::kBisk;
 INSTANTIATE_TEST_SUITE_P(, Prefixes,
-                         testing::Values(Case{"bumpy sphere"}, Case{"torus"}, Case{"double torus"}, Case{"drilled slab"},
-                                         Case{"cheese"}, Case{"cup"}, Case{"bumpy sphere", kBisk},
-                                         Case{"torus", kBisk}, Case{"drilled slab", kBisk}, Case{"cup", kBisk},
+                         testing::Values(Case{"bumpy sphere"}, Case{"torus"}, Case{"double torus"},
+                                         Case{"drilled slab"}, Case{"cheese"}, Case{"cup"},
+                                         Case{"bumpy sphere", kBisk}, Case{"torus", kBisk},
+                                         Case{"drilled slab", kBisk}, Case{"cup", kBisk},
                                          Case{"bumpy sphere", kBisk, Allocation::kEven}),
                          [](const auto& info) { return name_of(info.param); });
 

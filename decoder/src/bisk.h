@@ -1,13 +1,14 @@
-// The `bisk` coefficient coder (3.5): embedded bit planes by binary set splitting with k-d trees (Fowler, "Shape-
-// Adaptive Coding Using Binary Set Splitting with K-D Trees", ICIP 2004). Shared with the encoder.
+// The `bisk` coefficient coder (3.5): embedded bit planes by binary set splitting with k-d trees (Fowler,
+// "Shape- Adaptive Coding Using Binary Set Splitting with K-D Trees", ICIP 2004). Shared with the encoder.
 //
-// A patch is coded plane by plane, from the highest bit of its largest magnitude down, each plane in two passes. The
-// significance pass tests sets of coefficients whose magnitudes have no bit yet: whether one of them has its first bit
-// in this plane. A set that has is split in two, down to single coefficients, of which the sign is coded. The
-// refinement pass codes one more bit of each coefficient that has had its first in a plane above.
+// A patch is coded plane by plane, from the highest bit of its largest magnitude down, each plane in two
+// passes. The significance pass tests sets of coefficients whose magnitudes have no bit yet: whether one of
+// them has its first bit in this plane. A set that has is split in two, down to single coefficients, of which
+// the sign is coded. The refinement pass codes one more bit of each coefficient that has had its first in a
+// plane above.
 //
-// Passes of all patches share the models and are interleaved in layers (3.6): in each layer every patch makes as many
-// passes as the encoder pleases.
+// Passes of all patches share the models and are interleaved in layers (3.6): in each layer every patch makes
+// as many passes as the encoder pleases.
 #pragma once
 #include "coefficients.h"
 
@@ -17,8 +18,9 @@ namespace relief {
 constexpr int kMostPlanes = 26;  // bits of a magnitude
 constexpr int kMostLayers = 64;
 constexpr int kBands = 1 + 3 * kLevels;  // LL, then HL, LH, HH from the coarsest level on
-// Bytes that must be left before a step of the coder is begun: a step makes at most two decisions, and no decision
-// takes more than two bytes. So a stream may end anywhere, and what was coded last is never half known.
+// Bytes that must be left before a step of the coder is begun: a step makes at most two decisions, and no
+// decision takes more than two bytes. So a stream may end anywhere, and what was coded last is never half
+// known.
 constexpr size_t kStepBytes = 4, kPlanesBytes = 10;
 constexpr int kPlaneBits = 5;
 
@@ -56,11 +58,11 @@ constexpr int kSizes = 12;  // classes of sets, by the logarithm of their area
 
 struct BiskModels {
   Model planes[1 << kPlaneBits];
-  Model more[3][3];                    // by passes made in this layer and in the one before
+  Model more[3][3];                        // by passes made in this layer and in the one before
   Model set[3][kSizes][kSetSurroundings];  // by role: in a list, first and second half of a split
   Model single[3][2][kSurroundings];       // likewise, of HH and of the other bands
   Model sign[4][9];
-  Model refined[kSurroundings + 1];    // the second bit by what is around; all further ones
+  Model refined[kSurroundings + 1];  // the second bit by what is around; all further ones
 
   RELIEF_COLD void init() {
     Model* const all = reinterpret_cast<Model*>(this);
@@ -68,8 +70,8 @@ struct BiskModels {
   }
 };
 
-// What is coded of a patch. target: the encoder's coefficients; null in the decoder. q: what of them is known: the
-// bits, and for those that are missing about the middle of what they can be.
+// What is coded of a patch. target: the encoder's coefficients; null in the decoder. q: what of them is
+// known: the bits, and for those that are missing about the middle of what they can be.
 struct BiskImage {
   const Pyramid& pyramid;
   const uint8_t* mask;
@@ -87,8 +89,8 @@ inline const Band& band_of(const Pyramid& p, int number) {
 inline int type_of_band(int number) { return number == 0 ? 3 : (number - 1) % 3; }  // 3: LL
 
 // Pixels of the mask in a rectangle.
-[[gnu::noinline]] inline uint32_t pixels_in(const uint8_t* mask, const Band& b, uint32_t x, uint32_t y, uint32_t width,
-                                            uint32_t height) {
+[[gnu::noinline]] inline uint32_t pixels_in(const uint8_t* mask, const Band& b, uint32_t x, uint32_t y,
+                                            uint32_t width, uint32_t height) {
   uint32_t sum = 0;
   for (const uint32_t end = y + height; y < end; y++)
     for (uint32_t i = 0; i < width; i++) sum += mask[b.at(x + i, y)];
@@ -118,9 +120,10 @@ inline void split(const Band& b, const uint8_t* mask, BiskSet& s, BiskSet& t) {
   shrink(b, mask, t);
 }
 
-// At first every band is a set. Returns the number of coefficients, which is that of pixels: as many sets are made at
-// most.
-RELIEF_COLD inline uint32_t start_patch(const Pyramid& p, const uint8_t* mask, BiskSet* sets, BiskPatch& patch) {
+// At first every band is a set. Returns the number of coefficients, which is that of pixels: as many sets are
+// made at most.
+RELIEF_COLD inline uint32_t start_patch(const Pyramid& p, const uint8_t* mask, BiskSet* sets,
+                                        BiskPatch& patch) {
   for (uint32_t& head : patch.list) head = kNoSet;
   patch.significant = kNoSet;
   patch.used = 0;
@@ -146,7 +149,8 @@ inline uint32_t area_class(const BiskSet& s) {
 }
 
 // The magnitude above a place of a band, in the same band a level coarser.
-[[gnu::noinline]] inline uint32_t parent_magnitude(const BiskImage& image, int number, uint32_t x, uint32_t y) {
+[[gnu::noinline]] inline uint32_t parent_magnitude(const BiskImage& image, int number, uint32_t x,
+                                                   uint32_t y) {
   if (number <= 3) return 0;
   const Band& up = band_of(image.pyramid, number - 3);
   if (!up.width || !up.height) return 0;
@@ -197,7 +201,8 @@ template <class Coder>
 
 // role: 0 for a set of a list, 1 and 2 for the halves of a set.
 template <class Coder>
-[[gnu::noinline]] int code_test(Coder& coder, BiskModels& models, const BiskImage& image, const BiskSet& s, int plane, int role) {
+[[gnu::noinline]] int code_test(Coder& coder, BiskModels& models, const BiskImage& image, const BiskSet& s,
+                                int plane, int role) {
   Model& m = s.width == 1 && s.height == 1
                  ? models.single[role][type_of_band(s.band) == 2][surroundings(image, s, plane)]
                  : models.set[role][area_class(s)][surroundings_of_set(image, s, plane)];
@@ -225,8 +230,8 @@ inline void start_pass(const BiskPatch& patch, BiskCursor& at) {
   at.before = patch.refining ? patch.significant : kNoSet;
 }
 
-// Opens the last of the sets that are known to have a bit: finds the sign of a coefficient, or splits a larger set and
-// tests its halves. Where the first has no bit, the second must have one.
+// Opens the last of the sets that are known to have a bit: finds the sign of a coefficient, or splits a
+// larger set and tests its halves. Where the first has no bit, the second must have one.
 template <class Coder>
 void open_set(Coder& coder, BiskModels& models, const BiskImage& image, BiskSet* sets, BiskPatch& patch,
               BiskCursor& at) {
@@ -257,8 +262,8 @@ void open_set(Coder& coder, BiskModels& models, const BiskImage& image, BiskSet*
 
 // One step of a significance pass; false at its end.
 template <class Coder>
-bool significance_step(Coder& coder, BiskModels& models, const BiskImage& image, BiskSet* sets, BiskPatch& patch,
-                       BiskCursor& at) {
+bool significance_step(Coder& coder, BiskModels& models, const BiskImage& image, BiskSet* sets,
+                       BiskPatch& patch, BiskCursor& at) {
   if (at.open_count > 0) {
     open_set(coder, models, image, sets, patch, at);
     return true;
@@ -281,8 +286,8 @@ bool significance_step(Coder& coder, BiskModels& models, const BiskImage& image,
 
 // One step of a refinement pass; false at its end.
 template <class Coder>
-bool refinement_step(Coder& coder, BiskModels& models, const BiskImage& image, BiskSet* sets, BiskPatch& patch,
-                     BiskCursor& at) {
+bool refinement_step(Coder& coder, BiskModels& models, const BiskImage& image, BiskSet* sets,
+                     BiskPatch& patch, BiskCursor& at) {
   while (at.before != kNoSet) {
     const BiskSet& s = sets[at.before];
     at.before = s.next;

@@ -59,8 +59,8 @@ inline void next_bisk_patch(const BiskPlanes& planes, BiskState& s) {
   if (++s.layer == kMostLayers) s.phase = BiskState::kDone;
 }
 
-// Codes what is next: a patch's number of planes, whether it makes another pass, or the pass. False if the bytes end or
-// all is done.
+// Codes what is next: a patch's number of planes, whether it makes another pass, or the pass. False if the
+// bytes end or all is done.
 template <class Coder>
 bool advance_bisk(Coder& coder, const BiskPlanes& planes) {
   BiskState& s = *planes.state;

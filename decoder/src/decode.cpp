@@ -42,6 +42,9 @@ bool in_range(const relief_options& o) {
 struct Progress {
   uint64_t check;
   uint32_t level, flags;
+  bool operator==(const Progress& o) const {
+    return check == o.check && level == o.level && flags == o.flags;
+  }
 };
 
 struct Workspace {
@@ -224,8 +227,8 @@ bool is_writable(const relief_options& o, const relief_mesh* mesh) {
 }
 
 // Checks the arguments but for the mesh, and lays the workspace out.
-relief_status begin(const void* data, size_t size, const relief_options& o, void* workspace, size_t workspace_size,
-                    Workspace& w, Parsed& parsed) {
+relief_status begin(const void* data, size_t size, const relief_options& o, void* workspace,
+                    size_t workspace_size, Workspace& w, Parsed& parsed) {
   if (!workspace || reinterpret_cast<uintptr_t>(workspace) & 15) return RELIEF_ERROR_ARGUMENT;
   const relief_status status = parse(data, size, o, parsed);
   if (status != RELIEF_OK) return status;
@@ -235,7 +238,8 @@ relief_status begin(const void* data, size_t size, const relief_options& o, void
   return RELIEF_OK;
 }
 
-MeshWriter writer_for(const relief_options& o, const Workspace& w, const Parsed& parsed, const relief_mesh& mesh) {
+MeshWriter writer_for(const relief_options& o, const Workspace& w, const Parsed& parsed,
+                      const relief_mesh& mesh) {
   auto least = [](uint32_t a, uint64_t b) { return b < a ? uint32_t(b) : a; };
   const Capacity most = capacity_of(o, parsed);
   return {w.positions ? w.positions : static_cast<float*>(mesh.positions),
@@ -248,8 +252,8 @@ MeshWriter writer_for(const relief_options& o, const Workspace& w, const Parsed&
 }
 
 // From the planes to the mesh. Leaves what is needed to go on alone, but for masks at coarser levels.
-relief_status make_mesh(const uint8_t* data, size_t size, const relief_options& o, Workspace& w, OpenPatches& open,
-                        relief_mesh* out, const Leaves& leaves) {
+relief_status make_mesh(const uint8_t* data, size_t size, const relief_options& o, Workspace& w,
+                        OpenPatches& open, relief_mesh* out, const Leaves& leaves) {
   open.mesh = writer_for(o, w, open.parsed, *out);
   float* const normals = !out->normals ? nullptr : w.normals ? w.normals : static_cast<float*>(out->normals);
   relief_status status = open_patches(o, w, open, normals, leaves);
@@ -260,8 +264,8 @@ relief_status make_mesh(const uint8_t* data, size_t size, const relief_options& 
     // the seams are those of the whole mesh at level 0; without all patches no surface is closed
     const uint8_t* const seams = open.whole && o.level == 0 ? seams_of(open.parsed, data) : nullptr;
     const bool closed = open.whole && open.parsed.header.flags & kFlagClosed;
-    status = close_gaps(open.nodes, open.components, {open.spacing, closed, seams, data + size, nullptr}, mesh,
-                        open.gap_memory);
+    status = close_gaps(open.nodes, open.components, {open.spacing, closed, seams, data + size, nullptr},
+                        mesh, open.gap_memory);
     if (status != RELIEF_OK) return status;
     stage_done(Stage::kGaps);
     if (!kPlain && o.flags & RELIEF_SMOOTH)  // gap closing takes more a node
@@ -318,7 +322,7 @@ relief_status decode_more(const void* data, size_t size, const relief_options& o
     status = read_masks(bytes, o, w, open.parsed, leaves);
     if (status != RELIEF_OK) return status;
     *w.progress = progress;
-  } else if (memcmp(w.progress, &progress, sizeof progress) != 0) {
+  } else if (!(*w.progress == progress)) {
     return RELIEF_ERROR_ARGUMENT;
   } else if (o.level > 0) {
     restore_masks(w, leaves);

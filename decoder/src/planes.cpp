@@ -73,14 +73,15 @@ RELIEF_COLD bool decode_part(RangeDecoder& coder, const Planes& planes, SubbandC
   int32_t* const q = planes.q + planes.begin[at.patch];
   const uint8_t* const mask = planes.mask + planes.begin[at.patch];
   if (at.level < kLevels)
-    return code_band<RangeDecoder, SubbandCheckpoints&>(coder, *planes.coefficient_models, p, q, mask, at.level,
-                                                        at.type, leaves, at);
+    return code_band<RangeDecoder, SubbandCheckpoints&>(coder, *planes.coefficient_models, p, q, mask,
+                                                        at.level, at.type, leaves, at);
   if (at.due(coder.left())) at.save(coder, 0);
   return code_low(coder, *planes.coefficient_models, p, q, mask);
 }
 
 // The three bands of a level follow one another in a patch.
-RELIEF_COLD void continue_subband(const uint8_t* data, size_t size, bool cut, const Planes& planes, const Leaves& leaves) {
+RELIEF_COLD void continue_subband(const uint8_t* data, size_t size, bool cut, const Planes& planes,
+                                  const Leaves& leaves) {
   const SubbandState& from = *planes.subband_state;
   SubbandCheckpoints at(planes, data, size);
   RangeDecoder coder(data, size, cut, from.coder);
@@ -111,7 +112,8 @@ void start_coefficients(const Planes& planes) {
   s.models = *planes.coefficient_models;
 }
 
-void continue_coefficients(const uint8_t* data, size_t size, bool cut, const Planes& planes, const Leaves& leaves) {
+void continue_coefficients(const uint8_t* data, size_t size, bool cut, const Planes& planes,
+                           const Leaves& leaves) {
   if (planes.bisk_state)
     continue_bisk(data, size, bisk_planes(planes));
   else

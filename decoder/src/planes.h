@@ -7,8 +7,8 @@
 
 namespace relief {
 
-// What decoding by subband has come to: the last checkpoint, at the beginning of a row of a band, or of the coarsest LL
-// of a patch (level kLevels). To go on from there with more bytes is to do a few rows again.
+// What decoding by subband has come to: the last checkpoint, at the beginning of a row of a band, or of the
+// coarsest LL of a patch (level kLevels). To go on from there with more bytes is to do a few rows again.
 struct SubbandState {
   RangeDecoder::State coder;
   int level, type;
@@ -41,8 +41,9 @@ uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& l
 // Before the first bytes of coefficients, after the masks.
 void start_coefficients(const Planes& planes);
 
-// All patches, by the stream's coder, as far as the bytes go. With more bytes, `data` from the beginning again, it goes
-// on where it stopped; the result is that of all these bytes at once.
-void continue_coefficients(const uint8_t* data, size_t size, bool cut, const Planes& planes, const Leaves& leaves);
+// All patches, by the stream's coder, as far as the bytes go. With more bytes, `data` from the beginning
+// again, it goes on where it stopped; the result is that of all these bytes at once.
+void continue_coefficients(const uint8_t* data, size_t size, bool cut, const Planes& planes,
+                           const Leaves& leaves);
 
 }  // namespace relief

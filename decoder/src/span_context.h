@@ -84,7 +84,8 @@ struct NoCheckpoints {
 };
 
 // Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
-// checkpoints: the row to begin with, and who keeps the coder's state at the beginning of a row where it is due.
+// checkpoints: the row to begin with, and who keeps the coder's state at the beginning of a row where it is
+// due.
 template <class Coder, class Checkpoints = NoCheckpoints>
 bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m,
                int level, int type, const Leaves& leaves = best_leaves(), Checkpoints checkpoints = {}) {

@@ -83,7 +83,7 @@ struct Trial {
   Topology topology;  // of that
   std::vector<int> patch_number;
   size_t coefficient_bytes = 0;  // of the stream
-  Sampled sampled;  // what it was made of, of trials of the search
+  Sampled sampled;               // what it was made of, of trials of the search
 };
 
 TriangleMesh in_model_units(const Surface& s, const std::vector<Vec3>& points) {
@@ -235,9 +235,9 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
-// The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target: with the
-// masks held, error and bytes follow it smoothly. met: whether any trial did; then also
-// whether this one does.
+// The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
+// with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
+// one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 7, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm

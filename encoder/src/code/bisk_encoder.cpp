@@ -95,9 +95,10 @@ void code_pass(Coder& coder, BiskModels& models, Progress& s) {
   end_pass(s.at);
 }
 
-// What every truncation point of every patch costs and gains: all are coded plane by plane in step, so that the models
-// are about those of the real order.
-std::vector<std::vector<Point>> truncation_points(std::vector<Progress>& all, const StreamPlacement& placement) {
+// What every truncation point of every patch costs and gains: all are coded plane by plane in step, so that
+// the models are about those of the real order.
+std::vector<std::vector<Point>> truncation_points(std::vector<Progress>& all,
+                                                  const StreamPlacement& placement) {
   std::vector<std::vector<Point>> points(all.size());
   BiskModels models;
   models.init();
@@ -119,19 +120,20 @@ std::vector<std::vector<Point>> truncation_points(std::vector<Progress>& all, co
   return points;
 }
 
-// The gain in squared error for a bit of each pass, along the lower convex hull of the patch's points: it only falls.
+// The gain in squared error for a bit of each pass, along the lower convex hull of the patch's points: it
+// only falls.
 std::vector<double> slopes(const std::vector<Point>& points) {
   std::vector<size_t> hull;
   auto slope = [&](size_t a, size_t b) {
     return (points[a].squared - points[b].squared) / std::max(points[b].bits - points[a].bits, 1e-9);
   };
   for (size_t i = 0; i < points.size(); i++) {
-    while (hull.size() > 1 && slope(hull[hull.size() - 2], hull.back()) <= slope(hull.back(), i)) hull.pop_back();
+    while (hull.size() > 1 && slope(hull[hull.size() - 2], hull.back()) <= slope(hull.back(), i))
+      hull.pop_back();
     hull.push_back(i);
   }
   std::vector<double> of_pass;
-  for (size_t k = 0; k + 1 < hull.size(); k++)
-    of_pass.resize(hull[k + 1], slope(hull[k], hull[k + 1]));
+  for (size_t k = 0; k + 1 < hull.size(); k++) of_pass.resize(hull[k + 1], slope(hull[k], hull[k + 1]));
   return of_pass;
 }
 
@@ -170,7 +172,8 @@ std::vector<std::vector<int>> layers_by_rate(const std::vector<std::vector<Point
   for (size_t i = 0; i < points.size(); i++)
     for (size_t k = 1; k < points[i].size(); k++) {
       const double below = -std::log2(points[i][k].bits / all[i].pixels / most) * kLayersAnOctave;
-      const int l = std::clamp(kMostLayers - 1 - int(std::min(below, double(kMostLayers))), 0, kMostLayers - 1);
+      const int l =
+          std::clamp(kMostLayers - 1 - int(std::min(below, double(kMostLayers))), 0, kMostLayers - 1);
       layer[i].push_back(std::max(l, layer[i].empty() ? 0 : layer[i].back()));
     }
   return layer;

@@ -15,8 +15,8 @@ struct EmbeddedCode {
 // The step of the finest bit plane, and so of the stream, for a step that quantisation would take.
 float finest_bisk_step(float step);
 
-// All bit planes of the patches, down to the step of the placement, in the order of its allocation: every prefix is a
-// coarser version of the whole.
+// All bit planes of the patches, down to the step of the placement, in the order of its allocation: every
+// prefix is a coarser version of the whole.
 EmbeddedCode code_bisk(const std::vector<CodedPatch>& patches, const StreamPlacement& placement);
 
 }  // namespace relief

@@ -147,7 +147,8 @@ std::vector<uint8_t> code_seams(const Seams& seams) {
 std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams) {
   const StreamPlacement& s = parts.placement;
   const std::vector<uint8_t> seam_bytes = code_seams(seams);
-  std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION, uint8_t((s.closed ? kFlagClosed : 0) | (s.bisk ? kFlagBisk : 0))};
+  std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION,
+                              uint8_t((s.closed ? kFlagClosed : 0) | (s.bisk ? kFlagBisk : 0))};
   for (float o : s.origin) put_float(out, o);
   put_float(out, s.scale);
   put_float(out, s.spacing);
