@@ -7,7 +7,7 @@ import fs from 'node:fs';
 import zlib from 'node:zlib';
 
 // Bytes; of the ES module as gzip -9 makes it.
-const BUDGET = { plain: 49_500, simd: 55_000, gzip: 36_000 };
+const BUDGET = { plain: 50_500, simd: 56_000, gzip: 36_500 };
 const ROTATED = 14;  // as in relief.mjs
 const [sourceFile, plainFile, simdFile, outFile] = process.argv.slice(2);
 
