@@ -71,7 +71,7 @@ struct Sampled {
   std::vector<int> patch_number;
   StreamPlacement placement;
   std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
-  bool mended = false;
+  bool mended = false;              // of more than strays
 };
 
 // One stream and what it decodes to.
@@ -197,7 +197,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
 
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
   mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned);
-  s.mended = true;
+  s.mended = rounds > 0;
   watch.lap("mend");
 }
 
@@ -300,9 +300,8 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
   return distances(m.surface, ErrorMeter(decoded, kErrorSamples), middles);
 }
 
-// Makes patches of what a trial misses, if there is anything worth its bytes.
-bool split_what_is_missed(Job& m, const Trial& t, Stopwatch& watch) {
-  const double error = t.error > 0 ? t.error : measure(m, t, watch);
+// Makes patches of what a trial of this error misses, if there is anything worth its bytes.
+bool split_what_is_missed(Job& m, const Trial& t, double error, Stopwatch& watch) {
   constexpr double kFar = 4;      // times the error
   constexpr double kBits = 3000;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, t.mesh);
@@ -347,7 +346,7 @@ Bracket all_lambdas(const Job& m, double slope) {
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
   constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  if (mended) mend(m, sampled, kMendRounds, watch);
+  mend(m, sampled, mended ? kMendRounds : 0, watch);
   Trial t = code(m, sampled, false, watch);
   t.lambda = lambda;
   if (bytes == 0) t.error = measure(m, t, watch);
@@ -359,24 +358,28 @@ Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwat
 // trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
 Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   constexpr double kNear = 0.015, kNearToSplit = 0.5;
+  constexpr int kMostLooks = 3;
   Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
-  const double error = bytes > 0 ? 1e-4 : m.options.error;
-  const double step = error * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
+  const double target = bytes > 0 ? 1e-4 : m.options.error;
+  const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
   double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
   Trial best, least;  // inside and outside of the target, nearest to it
   double best_y = -INFINITY, least_y = INFINITY;
-  bool looked = false, split = false;  // for what is missed
+  int looks = 0;  // for what is missed: again where new patches have made it worse
+  bool split = false;
+  double split_at = 0;  // the error at first
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
     const double y = excess(t, m.options, bytes);
-    if (!looked && std::fabs(y) < kNearToSplit) {
-      looked = true;
-      split = split_what_is_missed(m, t, watch);
-      if (split) {  // trials before are of other patches
+    const double error = t.error > 0 || looks == kMostLooks ? t.error : measure(m, t, watch);
+    if (looks == 0 ? std::fabs(y) < kNearToSplit : split && error > split_at && looks < kMostLooks) {
+      if (looks++ == 0) split_at = error;
+      if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
+        split = true;
         bracket = all_lambdas(m, bracket.slope);
         best_y = -INFINITY, least_y = INFINITY;
-        x = bracket.next(x, y);
+        x = looks == 1 ? bracket.next(x, y) : x;
         continue;
       }
     }
