@@ -95,7 +95,7 @@ typedef struct relief_options {
   uint32_t level;
   uint32_t flags; /* RELIEF_SMOOTH | ... */
   /* Bytes from one vertex to the next, multiples of 4, at least a vertex' size; 0: that size (12 bytes; of
-   * RELIEF_QUANTISED 8 for positions, 4 for normals). Bytes in between are left alone, so that arrays can be interleaved. */
+   * RELIEF_QUANTISED 8 for positions, 4 for normals). Bytes in between are left alone: arrays can be interleaved. */
   uint32_t position_stride, normal_stride;
 } relief_options;
 
