@@ -288,9 +288,9 @@ TEST(Compress, JsonNumbersSurviveExactly) {
 TEST(Compress, NothingToDoGivesTheSameScene) {
   TemporaryFolder folder;
   SceneBuilder scene;
-  TestJson points = scene.primitive(make_cube(2));
-  points["mode"] = 0;
-  scene.mesh({points});
+  TestJson lines = scene.primitive(make_cube(2));
+  lines["mode"] = 1;
+  scene.mesh({lines});
   std::string in = scene.save(folder / "in.glb");
   auto reports = compress(in, folder / "out.glb");
   EXPECT_FALSE(reports.at(0).compressed);
@@ -300,9 +300,9 @@ TEST(Compress, NothingToDoGivesTheSameScene) {
 TEST(Compress, SeveralBuffersBecomeOne) {
   TemporaryFolder folder;
   SceneBuilder scene;
-  TestJson points = scene.primitive(make_cube(2));
-  points["mode"] = 0;
-  scene.mesh({points});
+  TestJson lines = scene.primitive(make_cube(2));
+  lines["mode"] = 1;
+  scene.mesh({lines});
   scene.glb();
   scene.json["buffers"][0]["uri"] = "one.bin";
   write_bytes(folder / "one.bin", scene.binary);
@@ -335,7 +335,7 @@ TEST(Compress, SaysWhyAPrimitivePassesThrough) {
          p["targets"] = TestJson::array();
          p["targets"].push_back({{"POSITION", p["attributes"]["POSITION"]}});
        }},
-      {"points or lines", [](SceneBuilder&, TestJson& p) { p["mode"] = 1; }},
+      {"draws lines", [](SceneBuilder&, TestJson& p) { p["mode"] = 1; }},
       {"extension EXT_unheard_of",
        [](SceneBuilder&, TestJson& p) { p["extensions"]["EXT_unheard_of"]["a"] = 1; }},
       {"EXT_structural_metadata may refer", [](SceneBuilder& s, TestJson&) {
@@ -446,9 +446,9 @@ TEST(Compress, SharedAccessorsAreNotAltered) {
   SceneBuilder scene;
   TriangleMesh sphere = make_bumpy_sphere(4);
   TestJson primitive = scene.primitive(sphere);
-  TestJson dots = {{"attributes", primitive["attributes"]}, {"mode", 0}};
+  TestJson lines = {{"attributes", primitive["attributes"]}, {"mode", 1}};
   scene.mesh({primitive});
-  scene.mesh({dots});
+  scene.mesh({lines});
   auto reports = compress(scene.save(folder / "in.glb"), folder / "out.glb");
   ASSERT_TRUE(reports.at(0).compressed) << reports.at(0).reason;  // the indices alone are worth it
   Glb after = read_glb(folder / "out.glb");

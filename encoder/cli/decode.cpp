@@ -13,6 +13,7 @@ struct Arguments {
   Common common;
   std::string in, out;
   DecodeOptions options;
+  bool points = false;
 };
 
 struct Decoded {
@@ -20,22 +21,23 @@ struct Decoded {
   uint64_t vertices = 0, triangles = 0;
 };
 
-void count(Decoded& decoded, const std::vector<Bytes>& streams, const DecodeOptions& options) {
-  for (const Bytes& stream : streams) {
-    TriangleMesh mesh = decode(stream.data(), stream.size(), options);
+void count(Decoded& decoded, const Arguments& arguments) {
+  for (const Bytes& stream : read_streams(arguments.in)) {
+    TriangleMesh mesh = decode(stream.data(), stream.size(), arguments.options);
     decoded.vertices += mesh.positions.size();
-    decoded.triangles += mesh.triangles.size();
+    decoded.triangles += arguments.points ? 0 : mesh.triangles.size();
   }
 }
 
 Decoded decode_file(const Arguments& arguments) {
   Decoded decoded;
   if (is_gltf(arguments.in) && is_gltf(arguments.out)) {
-    decoded.primitives = decompress_gltf(arguments.in, arguments.out, arguments.options);
-    count(decoded, read_streams(arguments.in), arguments.options);
+    decoded.primitives = decompress_gltf(arguments.in, arguments.out, arguments.options, arguments.points);
+    count(decoded, arguments);
     return decoded;
   }
   TriangleMesh mesh = load_mesh(arguments.in, arguments.options);
+  if (arguments.points) mesh.triangles.clear();
   decoded.primitives = is_gltf(arguments.in) ? read_streams(arguments.in).size() : 1;
   decoded.vertices = mesh.positions.size();
   decoded.triangles = mesh.triangles.size();
@@ -49,7 +51,10 @@ Decoded decode_file(const Arguments& arguments) {
 }
 
 int run_decode(const Arguments& arguments) {
-  check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj"});
+  if (arguments.points)
+    check_output(arguments.out, {".glb", ".gltf", ".ply", ".xyz"});
+  else
+    check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj"});
   if (!is_gltf(arguments.in) && lower_extension(arguments.in) != ".relief")
     throw FileError(arguments.in, "is not a .glb, .gltf or .relief file");
   auto start = std::chrono::steady_clock::now();
@@ -84,15 +89,17 @@ void add_decode(CLI::App& app, Run& run) {
       "  relief decode scan.glb scan.ply       all triangles of the scene\n"
       "  relief decode scene.glb plain.glb     the scene, without compression\n"
       "  relief decode scan.relief scan.obj    a bare stream\n"
+      "  relief decode cloud.glb a.ply --points   the vertices only, with normals\n"
       "  relief decode scan.glb a.ply --bytes 9000   what the first 9000 bytes of the stream hold");
   command->add_option("IN", a->in, ".glb .gltf .relief")->required();
-  command->add_option("OUT", a->out, ".glb .gltf .ply .obj")->required();
+  command->add_option("OUT", a->out, ".glb .gltf .ply .obj; points: .glb .gltf .ply .xyz")->required();
   command
       ->add_option(
           "--bytes", a->options.bytes,
           "Use only the first N bytes of each stream: a coarser surface (see relief info for the least)")
       ->type_name("N")
       ->check(CLI::Range(uint64_t(1), UINT64_MAX));
+  command->add_flag("--points", a->points, "Points with normals in place of triangles");
   command->add_flag("--smooth", a->options.smooth,
                     "Smooth the seams between patches: for very coarse streams, where they show");
   add_common(*command, a->common);

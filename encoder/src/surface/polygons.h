@@ -40,7 +40,6 @@ inline void check_mesh(const TriangleMesh& mesh) {
       if (!std::isfinite(c))
         throw InputError("vertex " + std::to_string(i) + " has a coordinate that is " +
                          (std::isnan(c) ? "not a number" : "infinite"));
-  if (mesh.triangles.empty()) throw InputError("has no faces (point clouds come later)");
 }
 
 }  // namespace relief

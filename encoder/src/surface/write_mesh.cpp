@@ -31,9 +31,12 @@ std::string ply_bytes(const TriangleMesh& mesh) {
   append_number(out, mesh.positions.size());
   out += "\nproperty float x\nproperty float y\nproperty float z\n";
   if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
-  out += "element face ";
-  append_number(out, mesh.triangles.size());
-  out += "\nproperty list uchar uint vertex_indices\nend_header\n";
+  if (!mesh.triangles.empty()) {
+    out += "element face ";
+    append_number(out, mesh.triangles.size());
+    out += "\nproperty list uchar uint vertex_indices\n";
+  }
+  out += "end_header\n";
   out.reserve(out.size() + mesh.positions.size() * (normals ? 24 : 12) + mesh.triangles.size() * 13);
   for (size_t i = 0; i < mesh.positions.size(); i++) {
     append_bytes(out, mesh.positions[i].data(), 12);
@@ -63,6 +66,21 @@ std::string obj_bytes(const TriangleMesh& mesh) {
       out += ' ', append_number(out, i + 1);
       if (!mesh.normals.empty()) out += "//", append_number(out, i + 1);
     }
+    out += '\n';
+  }
+  return out;
+}
+
+// Of a point cloud.
+std::string xyz_bytes(const TriangleMesh& cloud) {
+  std::string out;
+  for (size_t i = 0; i < cloud.positions.size(); i++) {
+    const char* between = "";
+    auto vector = [&](const std::array<float, 3>& v) {
+      for (float c : v) out += between, append_number(out, c), between = " ";
+    };
+    vector(cloud.positions[i]);
+    if (!cloud.normals.empty()) vector(cloud.normals[i]);
     out += '\n';
   }
   return out;
@@ -144,11 +162,15 @@ void write_atomically(const std::string& path, const std::string& bytes) {
 }  // namespace
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) throw InputError("there are no triangles to write");
+  if (mesh.positions.empty()) throw InputError("there is nothing to write");
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
   if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
+  if (mesh.triangles.empty()) {
+    if (extension == ".xyz") return write_atomically(path, xyz_bytes(mesh));
+    throw InputError("unknown format '" + extension + "' to write points (known: .ply .xyz)");
+  }
   if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
   if (extension == ".glb") return write_atomically(path, glb_bytes(mesh));
   throw InputError("unknown format '" + extension + "' to write (known: .ply .obj .glb)");
