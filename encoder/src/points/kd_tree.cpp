@@ -40,8 +40,11 @@ struct Nearest {
     auto less = [](const Neighbour& a, const Neighbour& b) {
       return a.squared < b.squared || (a.squared == b.squared && a.index < b.index);
     };
-    if (full()) out.pop_back();
     const Neighbour n = {index, d};
+    if (full()) {  // nanoflann knows the worst distance of a while ago
+      if (!less(n, out.back())) return true;
+      out.pop_back();
+    }
     out.insert(std::upper_bound(out.begin(), out.end(), n, less), n);
     return true;
   }
