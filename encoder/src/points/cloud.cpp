@@ -45,7 +45,7 @@ double median_around(const Reach& reach, size_t i) {
 std::vector<double> spacings(const KdTree& tree) {
   const Reach reach = reach_of(tree);
   std::vector<double> spacing(reach.radius.size());
-  const double per_radius = std::sqrt(kPi / double(kNeighbours + 1));
+  const double per_radius = std::sqrt(kPi / double(kNeighbours));
   tbb::parallel_for(size_t(0), spacing.size(), [&](size_t i) {
     spacing[i] = per_radius * std::max(median_around(reach, i), 0.5 * reach.radius[i]);
   });

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "points/point_normals.h"
 #include "points/triangulate.h"
@@ -66,14 +67,26 @@ std::vector<char> too_close(const Cloud& cloud, const KdTree& tree) {
   return marked;
 }
 
-// Leaves out connected pieces of a few triangles, what outliers make in the air, but for the largest.
-size_t drop_specks(std::vector<std::array<uint32_t, 3>>& triangles, size_t vertices) {
-  Sets sets(vertices);
-  for (const auto& t : triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
-  std::vector<size_t> size(vertices, 0);
-  for (const auto& t : triangles) size[sets.find(t[0])]++;
+// Leaves out pieces of a few triangles, connected by edges, but for the largest: what outliers make in the
+// air, and what lies askew where sheets are too near for the points to tell them apart.
+size_t drop_specks(std::vector<std::array<uint32_t, 3>>& triangles) {
+  std::unordered_map<uint64_t, uint32_t> across;  // the triangle of each directed edge
+  auto edge = [&](size_t t, size_t k) { return uint64_t(triangles[t][k]) << 32 | triangles[t][(k + 1) % 3]; };
+  across.reserve(3 * triangles.size());
+  for (size_t t = 0; t < triangles.size(); t++)
+    for (size_t k = 0; k < 3; k++) across[edge(t, k)] = uint32_t(t);
+  Sets sets(triangles.size());
+  for (const auto& [directed, t] : across)
+    if (const auto other = across.find(directed << 32 | directed >> 32); other != across.end())
+      sets.join(t, other->second);
+  std::vector<size_t> size(triangles.size(), 0);
+  for (uint32_t t = 0; t < triangles.size(); t++) size[sets.find(t)]++;
   const size_t least = std::min(kSpeck, *std::max_element(size.begin(), size.end()));
-  return std::erase_if(triangles, [&](const auto& t) { return size[sets.find(t[0])] < least; });
+  size_t kept = 0;
+  for (uint32_t t = 0; t < triangles.size(); t++)
+    if (size[sets.find(t)] >= least) triangles[kept++] = triangles[t];
+  triangles.resize(kept);
+  return size.size() - kept;
 }
 
 }  // namespace
@@ -86,9 +99,9 @@ PointSurface::PointSurface(const TriangleMesh& cloud) {
   leave_out_the_wrong();
   const Cloud on = resampled();
   mesh_.triangles = triangulate(on, KdTree(on.points));
-  if (const size_t specks = drop_specks(mesh_.triangles, on.points.size()))
-    warnings_.push_back("left out " + std::to_string(specks) + " triangles of specks");
   if (mesh_.triangles.empty()) throw InputError("its points lie on no surface");
+  if (const size_t specks = drop_specks(mesh_.triangles))
+    warnings_.push_back("left out " + std::to_string(specks) + " triangles of specks");
   for (const Vec3& p : on.points) mesh_.positions.push_back({float(p.x()), float(p.y()), float(p.z())});
 }
 

@@ -19,7 +19,7 @@ constexpr double kLargest = 2.5;    // circumradius, spacings: chance leaves gap
 constexpr size_t kCandidates = 32;  // neighbours for a star
 constexpr double kLeastAgreement = 0.1;  // cosine between the normals of neighbours
 constexpr double kSteepest = 0.8;        // sine against the tangent plane
-constexpr size_t kHoleEdges = 20;        // of holes that are filled
+constexpr size_t kHoleEdges = 24;        // of holes that are filled
 
 // Triangles that vertices want. A triangle begins with its lowest vertex and keeps its orientation.
 struct Wanted {
