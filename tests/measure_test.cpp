@@ -78,6 +78,21 @@ TEST(SurfaceError, SeesASpikeFromTheSideThatHasIt) {
   EXPECT_GT(e.rms_ba, 2 * e.rms_ab);
 }
 
+// A few far vertices carry nearly all of the error, as on real models: uniform samples would hit the 60
+// triangles about them some 60 times and be 10% off.
+TEST(SurfaceError, FewSamplesSayWhatManySay) {
+  const TriangleMesh sphere = make_sphere(5);
+  TriangleMesh spiked = sphere;
+  for (size_t v = 7; v < spiked.positions.size(); v += 1000)
+    for (float& c : spiked.positions[v]) c *= 1.1f;
+  const SurfaceError few = ErrorMeter(sphere, 20000).measure(spiked),
+                     many = ErrorMeter(sphere, 2000000).measure(spiked);
+  EXPECT_GT(few.rms_deviation, 0);
+  EXPECT_LT(few.rms_deviation, 0.01 * few.rms);
+  EXPECT_LT(many.rms_deviation, 0.2 * few.rms_deviation);
+  EXPECT_NEAR(few.rms, many.rms, 4 * few.rms_deviation);
+}
+
 TEST(SurfaceError, SameBitsOnAnyNumberOfThreads) {
   TriangleMesh a = make_bumpy_sphere(5), b = make_sphere(4);
   auto measure = [&](size_t threads) {
@@ -152,6 +167,18 @@ TEST(Sampling, FollowsTheArea) {
   EXPECT_NEAR(hits[3], 1000, 1);
   EXPECT_NEAR(sum[0] / (hits[0] + hits[1]), 1.5, 0.01) << "the centroid of the large square";
   EXPECT_NEAR(sum[1] / (hits[0] + hits[1]), 0.5, 0.01);
+}
+
+TEST(Sampling, WeightedSamplesStandForLessArea) {
+  std::vector<Eigen::Vector3d> p = {{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {2, 1, 0}};
+  std::vector<std::array<uint32_t, 3>> t = {{0, 1, 2}, {1, 3, 2}};
+  std::array<int, 2> hits{};
+  std::array<double, 2> area{};
+  for (const auto& s : sample_surface(p, t, 4000, {1, 3})) hits[s.triangle]++, area[s.triangle] += s.area;
+  EXPECT_NEAR(hits[0], 1000, 1);
+  EXPECT_NEAR(hits[1], 3000, 1);
+  EXPECT_NEAR(area[0], 1, 2e-3);
+  EXPECT_NEAR(area[1], 1, 2e-3);
 }
 
 struct Expected {

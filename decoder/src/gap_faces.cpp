@@ -7,7 +7,7 @@ namespace relief {
 namespace {
 
 constexpr uint32_t kMaxEarFace = 256;  // corners of a face that is closed by ears; larger ones get a fan
-constexpr uint32_t kBestFace = 16;     // corners up to which the best of all triangulations is found
+constexpr uint32_t kBestFace = 24;     // corners up to which the best of all triangulations is found
 constexpr uint32_t kBigFace = 12;  // corners beyond which a face may be a hole when the stream does not say
 
 bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
@@ -42,15 +42,18 @@ bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
   return true;
 }
 
-// How well the triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for
-// turned over.
-int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
+// The unit normal of a triangle; zero if it has none.
+void normal_of(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, int16_t unit[3]) {
   double u[3], v[3], w[3];
   g.difference(b, c, u);
   g.difference(b, a, v);
   cross(u, v, w);
-  int16_t unit[3];
   unit_vector(w, unit);
+}
+
+// How well a triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for
+// turned over.
+int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3]) {
   if (!(unit[0] | unit[1] | unit[2])) return -kUnit;
   const int64_t sum = int64_t(dot(unit, g.n.normal[a])) + dot(unit, g.n.normal[b]) + dot(unit, g.n.normal[c]);
   return sum / (3 * kUnit);
@@ -69,7 +72,9 @@ int64_t weigh(const Gaps& g, int64_t length, int64_t aligned) {
 // surface.
 int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   if (a == c || has_edge(g, a, c)) return kNoEar;
-  return weigh(g, root(g.distance2(a, c)), alignment(g, a, b, c));
+  int16_t unit[3];
+  normal_of(g, a, b, c, unit);
+  return weigh(g, root(g.distance2(a, c)), alignment(g, a, b, c, unit));
 }
 
 // Cuts off ears until `few` corners are left or none can be cut. Returns the number of corners left in q.
@@ -103,67 +108,133 @@ uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
 struct Triangulation {
   int64_t best[kBestFace][kBestFace];
   uint8_t at[kBestFace][kBestFace];
+  int16_t normal[kBestFace][kBestFace]
+                [3];  // of the triangle on the part's diagonal; zero where there is none
 };
 
-int64_t triangle_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
-  if (a == b || b == c || c == a) return kNoEar;
+// Of two triangles that are folded onto one another: as for one that is turned over.
+int64_t cost_of_folding(const Gaps& g, const int16_t a[3], const int16_t b[3]) {
+  const int64_t d = dot(a, b) / kUnit;
+  return d < -kUnit * 7 / 8 ? 100 * int64_t(g.options.spacing) * -d : 0;
+}
+
+int64_t triangle_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3]) {
   return weigh(g, root(g.distance2(a, b)) + root(g.distance2(b, c)) + root(g.distance2(c, a)),
-               alignment(g, a, b, c));
+               alignment(g, a, b, c, unit));
+}
+
+// What it costs to make an edge a second time: a vertex in its middle keeps the two apart.
+int64_t cost_of_splitting(const Gaps& g) { return 8 * int64_t(g.options.spacing) * kUnit; }
+
+// The normal beyond a side of a polygon: the patch's along its border, else unknown, zero.
+void normal_beyond(const Gaps& g, uint32_t a, uint32_t b, int16_t out[3]) {
+  for (int k = 0; k < 3; k++)
+    out[k] = g.n.prev[a] == b ? int16_t((g.n.normal[a][k] + g.n.normal[b][k]) / 2) : int16_t(0);
+}
+
+// The node across the diagonal from corner i to corner j.
+uint32_t across(const Triangulation& t, const uint32_t* q, uint32_t i, uint32_t j) {
+  return j - i > 1 ? q[t.at[i][j]] : kNone;
+}
+
+// The best triangle on the diagonal from corner i to corner j, given what is best behind its other sides. No
+// diagonal may have the same node on both sides: split, it would be joined to that node twice.
+// beyond: the normal beyond the side from j to i.
+void find_part(const Gaps& g, const uint32_t* q, uint32_t i, uint32_t j, const int16_t beyond[3],
+               Triangulation& t) {
+  t.best[i][j] = kNoEar;
+  for (uint32_t k = i + 1; k < j; k++) {
+    const uint32_t a = q[i], b = q[k], c = q[j];
+    if (t.best[i][k] == kNoEar || t.best[k][j] == kNoEar || a == b || b == c || c == a) continue;
+    if (across(t, q, i, k) == c || across(t, q, k, j) == a) continue;
+    int16_t unit[3];
+    normal_of(g, a, b, c, unit);
+    const int64_t cost = t.best[i][k] + t.best[k][j] + triangle_cost(g, a, b, c, unit) +
+                         cost_of_folding(g, unit, t.normal[i][k]) + cost_of_folding(g, unit, t.normal[k][j]) +
+                         cost_of_folding(g, unit, beyond);
+    if (cost >= t.best[i][j]) continue;
+    t.best[i][j] = cost;
+    t.at[i][j] = uint8_t(k);
+    memcpy(t.normal[i][j], unit, sizeof unit);
+  }
 }
 
 void find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulation& t) {
-  for (uint32_t i = 0; i + 1 < m; i++) t.best[i][i + 1] = 0;
-  for (uint32_t span = 2; span < m; span++)
+  for (uint32_t i = 0; i + 1 < m; i++) {
+    t.best[i][i + 1] = 0;
+    normal_beyond(g, q[i], q[i + 1], t.normal[i][i + 1]);
+  }
+  constexpr int16_t kUnknown[3] = {0, 0, 0};
+  for (uint32_t span = 2; span + 1 < m; span++)
     for (uint32_t i = 0; i + span < m; i++) {
       const uint32_t j = i + span;
-      int64_t least = kNoEar;
-      uint32_t split = i + 1;
-      const bool barred = span + 1 < m && (q[i] == q[j] || has_edge(g, q[i], q[j]));
-      for (uint32_t k = i + 1; k < j && !barred; k++) {
-        if (t.best[i][k] == kNoEar || t.best[k][j] == kNoEar) continue;
-        const int64_t cost = triangle_cost(g, q[i], q[k], q[j]);
-        if (cost == kNoEar || t.best[i][k] + t.best[k][j] + cost >= least) continue;
-        least = t.best[i][k] + t.best[k][j] + cost;
-        split = k;
-      }
-      t.best[i][j] = least;
-      t.at[i][j] = uint8_t(split);
+      find_part(g, q, i, j, kUnknown, t);
+      if (t.best[i][j] != kNoEar && has_edge(g, q[i], q[j])) t.best[i][j] += cost_of_splitting(g);
     }
+  int16_t beyond[3];
+  normal_beyond(g, q[m - 1], q[0], beyond);
+  find_part(g, q, 0, m - 1, beyond, t);
 }
 
-// Adds the triangles of the best triangulation. False, with nothing added, if there is none that makes no
-// edge twice.
+// The corners i to j of a polygon: a triangle on the diagonal between them, and what that leaves over.
+struct Part {
+  uint8_t i, j;
+  uint32_t middle;  // the vertex that splits the diagonal, or kNone
+};
+
+// Makes the diagonal from a to b between the triangles with c and d; split if there is such an edge, by a
+// vertex a sixteenth of the way from its middle to theirs, so that the two edges do not lie in one place.
+// False: no room.
+bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
+  if (!has_edge(g, a, b)) {
+    add_diagonal(g, a, b);
+    return true;
+  }
+  int64_t p[3];
+  for (int k = 0; k < 3; k++)
+    p[k] =
+        (15 * (int64_t(g.n.position[a][k]) + g.n.position[b][k]) + g.n.position[c][k] + g.n.position[d][k]) /
+        32;
+  return add_vertex(g, p, middle);
+}
+
+// A triangle whose sides may have a vertex in the middle: then a fan around the first of those.
+bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3]) {
+  uint32_t v[6], n = 0, first = 0;
+  for (int side = 0; side < 3; side++) {
+    v[n++] = g.n.vertex[node[side]];
+    if (middle[side] == kNone) continue;
+    if (first == 0) first = n;
+    v[n++] = middle[side];
+  }
+  for (uint32_t x = 1; x + 1 < n; x++)
+    if (!add_triangle(g, v[first], v[(first + x) % n], v[(first + x + 1) % n])) return false;
+  return true;
+}
+
+// Adds the triangles of the best triangulation. False, with nothing added, if there is none.
 bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   Triangulation t;
   find_triangulation(g, q, m, t);
   if (t.best[0][m - 1] == kNoEar) return false;
-  struct Part {
-    uint8_t i, j;
-  } stack[kBestFace];
-  Part made[kBestFace];  // diagonals
-  uint32_t parts = 1, diagonals = 0;
-  stack[0] = {0, uint8_t(m - 1)};
-  Part order[kBestFace];
-  uint32_t triangles = 0;
-  while (parts > 0) {
-    const Part p = stack[--parts];
-    if (p.j - p.i < 2) continue;
-    if (p.j - p.i + 1u < m) made[diagonals++] = p;
-    order[triangles++] = p;
+  Part parts[kBestFace];  // a queue
+  parts[0] = {0, uint8_t(m - 1), kNone};
+  uint32_t count = 1;
+  auto side = [&](uint8_t i, uint8_t j, uint32_t behind) {
+    uint32_t middle = kNone;
+    if (j - i == 1) return middle;
+    room = room && make_diagonal(g, q[i], q[j], q[t.at[i][j]], behind, middle);
+    parts[count++] = {i, j, middle};
+    return middle;
+  };
+  for (uint32_t x = 0; x < count; x++) {
+    const Part p = parts[x];
     const uint8_t k = t.at[p.i][p.j];
-    stack[parts++] = {p.i, k};
-    stack[parts++] = {k, p.j};
+    const uint32_t node[3] = {q[p.i], q[k], q[p.j]};
+    const uint32_t first = side(p.i, k, node[2]), second = side(k, p.j, node[0]),
+                   middle[3] = {first, second, p.middle};
+    room = room && add_split_triangle(g, node, middle);
   }
-  // where a node is a corner twice, two diagonals can be one edge
-  for (uint32_t x = 0; x < diagonals; x++)
-    for (uint32_t y = 0; y < x; y++) {
-      const uint32_t a = q[made[x].i], b = q[made[x].j], c = q[made[y].i], d = q[made[y].j];
-      if ((a == c && b == d) || (a == d && b == c)) return false;
-    }
-  for (uint32_t x = 0; x < diagonals; x++) add_diagonal(g, q[made[x].i], q[made[x].j]);
-  for (uint32_t x = 0; x < triangles; x++)
-    room = room && add_triangle(g, g.n.vertex[q[order[x].i]], g.n.vertex[q[t.at[order[x].i][order[x].j]]],
-                                g.n.vertex[q[order[x].j]]);
   return true;
 }
 

@@ -47,6 +47,7 @@ void print_json(const Arguments& arguments, const SurfaceError& e, const std::ve
     b[row.key] = row.b;
   }
   Json json = {{"e_rms", e.rms * unit},
+               {"e_rms_deviation", e.rms_deviation * unit},
                {"e_max", e.max * unit},
                {"e_rms_ab", e.rms_ab * unit},
                {"e_rms_ba", e.rms_ba * unit},

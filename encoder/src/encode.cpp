@@ -16,15 +16,13 @@
 namespace relief {
 namespace {
 
-// Samples each way while searching, and for the last word: a few of them on thin parts carry much of the
-// error.
-constexpr size_t kErrorSamples = 300000, kFinalSamples = 1000000, kFewestSamples = 60000;
+constexpr size_t kErrorSamples = 200000;  // each way
 constexpr int kDiffusionRounds = 24;
-constexpr double kRingReach = 10;  // mean vertex spacings around a patch that its raster sees
-constexpr double kCoarsest = 16;   // spacing of resolution 0, mean vertex spacings
-constexpr double kSamplingMargin = 0.007;
-constexpr double kUsualSlope = 0.27;  // of the logarithm of error or bytes over that of lambda
-constexpr double kUsualStep = 4.5;    // times spacing, over error times mean vertex spacing
+constexpr double kRingReach = 10;          // mean vertex spacings around a patch that its raster sees
+constexpr double kCoarsest = 16;           // spacing of resolution 0, mean vertex spacings
+constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
+constexpr double kUsualSlope = 0.27;       // of the logarithm of error or bytes over that of lambda
+constexpr double kUsualStep = 4.5;         // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
@@ -76,7 +74,7 @@ struct Sampled {
   std::vector<int> patch_number;
   StreamPlacement placement;
   std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
-  bool mended = false;
+  bool mended = false;              // of more than strays
 };
 
 // One stream and what it decodes to.
@@ -167,7 +165,7 @@ void prepare(Job& m, Stopwatch& watch) {
     m.measured = curved_mesh(m.surface);
   else if (m.options.min_component > 0)
     m.measured = in_model_units(m.surface);
-  m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kFewestSamples);
+  m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   watch.lap("measure");
   report(m.options, "partition", 0.05);
   PartitionOptions p;
@@ -206,7 +204,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
 
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
   mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned);
-  s.mended = true;
+  s.mended = rounds > 0;
   watch.lap("mend");
 }
 
@@ -227,9 +225,8 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
   return trial;
 }
 
-double measure(const Job& m, const Trial& trial, size_t most_samples, Stopwatch& watch) {
-  const size_t samples = std::clamp(8 * m.surface.faces.size(), kFewestSamples, most_samples);
-  const double error = m.meter->relative_rms(trial.mesh, samples);
+double measure(const Job& m, const Trial& trial, Stopwatch& watch) {
+  const double error = m.meter->relative_rms(trial.mesh);
   watch.lap("measure");
   return error;
 }
@@ -251,14 +248,8 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
-  double many_over_few = 1;  // what many samples say over what few say: hardly changes with the step
   auto measured = [&](Trial& t) {
-    t.error = many_over_few * measure(m, t, kErrorSamples, watch);
-    if (excess(t, m.options, bytes) <= 0) {  // may be the one
-      const double error = measure(m, t, kFinalSamples, watch);
-      many_over_few *= error / t.error;
-      t.error = error;
-    }
+    t.error = measure(m, t, watch);
     return excess(t, m.options, bytes);
   };
   if (!s.mended) mend(m, s, kMendRounds, watch);
@@ -313,12 +304,11 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
   std::vector<Vec3> middles;
   for (const auto& f : m.surface.faces)
     middles.push_back((v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3);
-  return distances(m.surface, ErrorMeter(decoded, kFewestSamples), middles);
+  return distances(m.surface, ErrorMeter(decoded, kErrorSamples), middles);
 }
 
-// Makes patches of what a trial misses, if there is anything worth its bytes.
-bool split_what_is_missed(Job& m, const Trial& t, Stopwatch& watch) {
-  const double error = t.error > 0 ? t.error : measure(m, t, kErrorSamples, watch);
+// Makes patches of what a trial of this error misses, if there is anything worth its bytes.
+bool split_what_is_missed(Job& m, const Trial& t, double error, Stopwatch& watch) {
   constexpr double kFar = 4;      // times the error
   constexpr double kBits = 3000;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, t.mesh);
@@ -363,10 +353,10 @@ Bracket all_lambdas(const Job& m, double slope) {
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
   constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  if (mended) mend(m, sampled, kMendRounds, watch);
+  mend(m, sampled, mended ? kMendRounds : 0, watch);
   Trial t = code(m, sampled, false, watch);
   t.lambda = lambda;
-  if (bytes == 0) t.error = measure(m, t, kErrorSamples, watch);
+  if (bytes == 0) t.error = measure(m, t, watch);
   t.sampled = std::move(sampled);
   return t;
 }
@@ -375,24 +365,28 @@ Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwat
 // trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
 Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   constexpr double kNear = 0.015, kNearToSplit = 0.5;
+  constexpr int kMostLooks = 3;
   Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
-  const double error = bytes > 0 ? 1e-4 : m.options.error;
-  const double step = error * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
+  const double target = bytes > 0 ? 1e-4 : m.options.error;
+  const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
   double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
   Trial best, least;  // inside and outside of the target, nearest to it
   double best_y = -INFINITY, least_y = INFINITY;
-  bool looked = false, split = false;  // for what is missed
+  int looks = 0;  // for what is missed: again where new patches have made it worse
+  bool split = false;
+  double split_at = 0;  // the error at first
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
     const double y = excess(t, m.options, bytes);
-    if (!looked && std::fabs(y) < kNearToSplit) {
-      looked = true;
-      split = split_what_is_missed(m, t, watch);
-      if (split) {  // trials before are of other patches
+    const double error = t.error > 0 || looks == kMostLooks ? t.error : measure(m, t, watch);
+    if (looks == 0 ? std::fabs(y) < kNearToSplit : split && error > split_at && looks < kMostLooks) {
+      if (looks++ == 0) split_at = error;
+      if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
+        split = true;
         bracket = all_lambdas(m, bracket.slope);
         best_y = -INFINITY, least_y = INFINITY;
-        x = bracket.next(x, y);
+        x = looks == 1 ? bracket.next(x, y) : x;
         continue;
       }
     }

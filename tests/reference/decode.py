@@ -1037,9 +1037,21 @@ class Gaps:
         return (self.nodes[a].next == b or self.nodes[a].prev == b or self.neighbouring(a, b)
                 or any(link.inside and link.other(a) == b for link in self.slots[a]) or frozenset((a, b)) in self.diagonals)
 
-    def alignment(self, a, b, c):
+    def normal(self, a, b, c):
         position = lambda i: self.nodes[i].position
-        w = unit(cross(minus(position(c), position(b)), minus(position(a), position(b))))
+        return tuple(unit(cross(minus(position(c), position(b)), minus(position(a), position(b)))))
+
+    def beyond(self, a, b):
+        if self.nodes[a].prev != b:
+            return (0, 0, 0)
+        return tuple(quotient(x + y, 2) for x, y in zip(self.nodes[a].normal, self.nodes[b].normal))
+
+    def folding(self, u, v):
+        d = quotient(dot(u, v), 4096)
+        return -100 * self.S * d if d < -3584 else 0
+
+    def alignment(self, a, b, c):
+        w = self.normal(a, b, c)
         if w == (0, 0, 0):
             return -4096
         return quotient(sum(dot(w, self.nodes[i].normal) for i in (a, b, c)), 3 * 4096)
@@ -1067,9 +1079,9 @@ class Gaps:
         if len(q) == 3 and len(set(q)) == 3:
             self.triangle(*q)
             return
-        if 16 < len(q) <= 256:
+        if 24 < len(q) <= 256:
             self.ears(q)
-        if len(q) <= 16 and self.best_triangulation(q):
+        if len(q) <= 24 and self.best_triangulation(q):
             return
         middle = [quotient(sum(self.nodes[i].position[k] for i in q), len(q)) for k in range(3)]
         if len(set(q)) == len(q):
@@ -1087,7 +1099,7 @@ class Gaps:
                 return math.inf
             return self.weigh(self.dist(a, c), self.alignment(a, b, c))
         cost = [cost_at(i) for i in range(len(q))]
-        while len(q) > 16:
+        while len(q) > 24:
             best = cost.index(min(cost))
             if cost[best] == math.inf:
                 return
@@ -1103,42 +1115,63 @@ class Gaps:
 
     def best_triangulation(self, q):
         m = len(q)
-        best = {(i, i + 1): 0 for i in range(m - 1)}
-        at = {}
+        best, at, n = {}, {}, {}
+        for i in range(m - 1):
+            best[i, i + 1], n[i, i + 1] = 0, self.beyond(q[i], q[i + 1])
         for span in range(2, m):
             for i in range(m - span):
                 j = i + span
-                least = math.inf
-                if not (span + 1 < m and (q[i] == q[j] or self.edge(q[i], q[j]))):
-                    for k in range(i + 1, j):
-                        both = best[i, k] + best[k, j]
-                        if both == math.inf:
-                            continue
-                        cost = both + self.cost(q[i], q[k], q[j])
-                        if cost < least:
-                            least, at[i, j] = cost, k
-                best[i, j] = least
+                whole = span == m - 1
+                self.best_part(q, i, j, self.beyond(q[m - 1], q[0]) if whole else (0, 0, 0), best, at, n)
+                if not whole and self.edge(q[i], q[j]):
+                    best[i, j] += 8 * self.S * 4096
         if best[0, m - 1] == math.inf:
             return False
-        stack, parts = [(0, m - 1)], []
-        while stack:
-            i, j = stack.pop()
-            if j - i < 2:
-                continue
-            parts.append((i, j))
-            stack += [(i, at[i, j]), (at[i, j], j)]
-        diagonals = [frozenset((q[i], q[j])) for i, j in parts if (i, j) != (0, m - 1)]
-        if len(set(diagonals)) < len(diagonals):
-            return False
-        self.diagonals.update(diagonals)
-        for i, j in parts:
-            self.triangle(q[i], q[at[i, j]], q[j])
+        queue = [(0, m - 1, None)]
+        for i, j, middle in queue:
+            k = at[i, j]
+            first = self.side(q, i, k, j, at, queue)
+            second = self.side(q, k, j, i, at, queue)
+            self.split_triangle((q[i], q[k], q[j]), (first, second, middle))
         return True
 
-    def cost(self, a, b, c):
-        if len({a, b, c}) < 3:
-            return math.inf
-        return self.weigh(self.dist(a, b) + self.dist(b, c) + self.dist(c, a), self.alignment(a, b, c))
+    def best_part(self, q, i, j, beyond, best, at, n):
+        best[i, j] = math.inf
+        for k in range(i + 1, j):
+            a, b, c = q[i], q[k], q[j]
+            both = best[i, k] + best[k, j]
+            if both == math.inf or len({a, b, c}) < 3:
+                continue
+            if (k - i > 1 and q[at[i, k]] == c) or (j - k > 1 and q[at[k, j]] == a):
+                continue
+            u = self.normal(a, b, c)
+            cost = both + self.weigh(self.dist(a, b) + self.dist(b, c) + self.dist(c, a), self.alignment(a, b, c))
+            cost += self.folding(u, n[i, k]) + self.folding(u, n[k, j]) + self.folding(u, beyond)
+            if cost < best[i, j]:
+                best[i, j], at[i, j], n[i, j] = cost, k, u
+
+    def side(self, q, i, j, behind, at, queue):
+        """Makes the diagonal from corner i to j; the vertex that splits it, or None."""
+        if j - i == 1:
+            return None
+        middle = None
+        if self.edge(q[i], q[j]):
+            p, r, x, y = (self.nodes[v].position for v in (q[i], q[j], q[at[i, j]], q[behind]))
+            middle = self.add_vertex([quotient(15 * (p[k] + r[k]) + x[k] + y[k], 32) for k in range(3)])
+        else:
+            self.diagonals.add(frozenset((q[i], q[j])))
+        queue.append((i, j, middle))
+        return middle
+
+    def split_triangle(self, corners, middles):
+        v, first = [], 0
+        for node, middle in zip(corners, middles):
+            v.append(self.nodes[node].vertex)
+            if middle is not None:
+                first = first or len(v)
+                v.append(middle)
+        v = v[first:] + v[:first]
+        self.mesh.triangles += [(v[0], v[i], v[i + 1]) for i in range(1, len(v) - 1)]
 
     def ring(self, q):
         m, r = len(q), []

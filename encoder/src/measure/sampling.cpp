@@ -21,13 +21,14 @@ double fraction(double x) { return x - std::floor(x); }
 }  // namespace
 
 std::vector<SurfaceSample> sample_surface(const std::vector<Eigen::Vector3d>& positions,
-                                          const std::vector<std::array<uint32_t, 3>>& triangles,
-                                          size_t count) {
+                                          const std::vector<std::array<uint32_t, 3>>& triangles, size_t count,
+                                          const std::vector<double>& weight) {
   std::vector<double> cumulated(triangles.size());
   double total = 0;
+  auto weight_of = [&](size_t t) { return weight.empty() ? 1 : weight[t]; };
   for (size_t t = 0; t < triangles.size(); t++) {
     const auto& [a, b, c] = triangles[t];
-    total += (positions[b] - positions[a]).cross(positions[c] - positions[a]).norm();
+    total += (positions[b] - positions[a]).cross(positions[c] - positions[a]).norm() / 2 * weight_of(t);
     cumulated[t] = total;
   }
   if (!(total > 0)) throw InputError("has no triangle of positive area");
@@ -42,7 +43,8 @@ std::vector<SurfaceSample> sample_surface(const std::vector<Eigen::Vector3d>& po
     const auto& [a, b, c] = triangles[t];
     double u = fraction(0.5 + double(i) * kStep1), w = fraction(0.5 + double(i) * kStep2);
     if (u + w > 1) u = 1 - u, w = 1 - w;  // fold the unit square onto the triangle
-    samples[i] = {positions[a] * (1 - u - w) + positions[b] * u + positions[c] * w, uint32_t(t)};
+    samples[i] = {positions[a] * (1 - u - w) + positions[b] * u + positions[c] * w, uint32_t(t),
+                  total / double(count) / weight_of(t)};
   }
   return samples;
 }

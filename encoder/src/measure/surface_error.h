@@ -10,21 +10,21 @@ struct SurfaceError {             // distances in the units of the meshes; a is 
   double rms_ab = 0, rms_ba = 0;  // one-sided: samples of a to b, samples of b to a
   double max_ab = 0, max_ba = 0;
   double rms = 0, max = 0;                 // the larger of both
+  double rms_deviation = 0;                // standard deviation of rms over sets of samples
   double diagonal = 0;                     // of a's bounding box, over all of its positions
   double psnr = 0;                         // 20 log10(diagonal / rms), dB
   double normal_mean = 0, normal_p99 = 0;  // degrees between face normals at a sample and its closest point
 };
 
-// A mesh prepared to be measured against many others: keeps the search structure and the samples of the
-// original.
+// A mesh prepared to be measured against many others: keeps the search structure of the original.
 class ErrorMeter {
  public:
-  // samples: area-weighted, stratified sample points on each side.
+  // samples: on each side, more of them where the surfaces are far apart.
   ErrorMeter(const TriangleMesh& original, size_t samples);
   ~ErrorMeter();
   SurfaceError measure(const TriangleMesh& other) const;
-  // Only SurfaceError::rms over the diagonal, by another number of samples.
-  double relative_rms(const TriangleMesh& other, size_t samples) const;
+  // Only SurfaceError::rms over the diagonal.
+  double relative_rms(const TriangleMesh& other) const;
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
 

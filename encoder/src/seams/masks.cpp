@@ -27,23 +27,6 @@ struct PositionHash {
   }
 };
 
-// Small pieces that no link could join to the largest of their component.
-void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                 std::vector<char>& unwanted) {
-  std::vector<int> part;
-  join_across_gaps(decoded, pieces.part, int(pieces.group.size()), &part);
-  std::vector<int> main(pieces.main.size(),
-                        -1);  // of each component of the surface: the part that holds its main group
-  auto group = [&](size_t v) { return size_t(pieces.group[size_t(pieces.part[v])]); };
-  for (size_t v = 0; v < ground.pixel.size(); v++) {
-    const size_t component = size_t(pieces.component[group(v)]);
-    if (pieces.main[component] == int(group(v))) main[component] = part[v];
-  }
-  for (size_t v = 0; v < ground.pixel.size(); v++)
-    if (part[v] != main[size_t(pieces.component[group(v)])] && pieces.pixels[group(v)] < kStrayPixels)
-      unwanted[v] = 1;
-}
-
 // The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
 // lie along the surface.
 std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& ground, const GapError& error) {
@@ -92,6 +75,27 @@ double loss_without(const DecodedMesh& decoded, const Ground& ground, const std:
   return loss;
 }
 
+using Members = std::map<int, std::vector<uint32_t>>;  // pixels of a group
+
+// Small pieces that no link could join to the largest of their component.
+void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                 const std::vector<double>& area, std::vector<char>& unwanted, double& lost) {
+  std::vector<int> part;
+  join_across_gaps(decoded, pieces.part, int(pieces.group.size()), &part);
+  std::vector<int> main(pieces.main.size(),
+                        -1);  // of each component of the surface: the part that holds its main group
+  auto group = [&](size_t v) { return size_t(pieces.group[size_t(pieces.part[v])]); };
+  for (size_t v = 0; v < ground.pixel.size(); v++) {
+    const size_t component = size_t(pieces.component[group(v)]);
+    if (pieces.main[component] == int(group(v))) main[component] = part[v];
+  }
+  Members strays;
+  for (uint32_t v = 0; v < ground.pixel.size(); v++)
+    if (part[v] != main[size_t(pieces.component[group(v)])] && pieces.pixels[group(v)] < kStrayPixels)
+      strays[int(group(v))].push_back(v), unwanted[v] = 1;
+  for (const auto& [g, pixels] : strays) lost += loss_without(decoded, ground, area, pixels, unwanted);
+}
+
 using ErrorOfGroup = std::map<int, double>;
 
 // The error of the worst faces along each small group that is not the largest of its component.
@@ -115,10 +119,11 @@ ErrorOfGroup errors_along(const DecodedMesh& decoded, const Pieces& pieces, cons
 // Small pieces whose joining to the others errs much more than leaving them away. The smallest first; those
 // that are left away are not there for the others.
 void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                  const GapError& error, std::vector<char>& unwanted, double& lost) {
+                  const GapError& error, const std::vector<double>& area, std::vector<char>& unwanted,
+                  double& lost) {
   const ErrorOfGroup bridges = errors_along(decoded, pieces, error);
   if (bridges.empty()) return;
-  std::map<int, std::vector<uint32_t>> members;
+  Members members;
   for (uint32_t v = 0; v < unwanted.size(); v++) {
     const int group = pieces.group[size_t(pieces.part[v])];
     if (bridges.count(group)) members[group].push_back(v);
@@ -127,7 +132,6 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
   for (const auto& [group, pixels] : members) order.push_back({pixels.size(), group});
   std::sort(order.begin(), order.end());
   std::vector<char> away = unwanted;
-  const std::vector<double> area = area_of_pixels(decoded, ground, error);
   for (const auto& [size, group] : order) {
     const std::vector<uint32_t>& pixels = members[group];
     for (uint32_t v : pixels) away[v] = 1;
@@ -149,28 +153,27 @@ void mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vect
   }
 }
 
-// Corners that a face between patches has twice, where it was closed around its middle: links there
+// Corners that a face between patches has twice, where it took vertices of its own to close it: links there
 // contradict one another.
-int mark_tangles(const DecodedMesh& decoded, std::vector<char>& unwanted) {
-  int tangles = 0;
-  std::vector<uint32_t> rim;
+void mark_tangles(const DecodedMesh& decoded, std::vector<char>& unwanted) {
+  std::vector<std::pair<uint32_t, uint32_t>> sides;
   for (size_t f = 0; f < decoded.first_triangle.size(); f++) {
-    rim.clear();
-    bool filled = true;  // with triangles between the corners
-    for (size_t t = decoded.first_triangle[f]; t < decoded.face_end(f); t++) {
-      const auto& [a, b, c] = decoded.mesh.triangles[t];
-      filled = filled && c < unwanted.size();
-      if (a < unwanted.size() && b < unwanted.size())
-        rim.push_back(a);  // the first of a ring's, see close_around_middle
-    }
-    if (filled) continue;
-    std::sort(rim.begin(), rim.end());
-    bool twice = false;
+    sides.clear();
+    bool own = false;
+    for (size_t t = decoded.first_triangle[f]; t < decoded.face_end(f); t++)
+      for (size_t k = 0; k < 3; k++) {
+        const uint32_t a = decoded.mesh.triangles[t][k], b = decoded.mesh.triangles[t][(k + 1) % 3];
+        own = own || a >= unwanted.size();
+        if (a < unwanted.size() && b < unwanted.size()) sides.push_back({a, b});
+      }
+    if (!own) continue;
+    std::sort(sides.begin(), sides.end());
+    std::vector<uint32_t> rim;  // where its sides begin that are not between its triangles
+    for (const auto& [a, b] : sides)
+      if (!std::binary_search(sides.begin(), sides.end(), std::pair(b, a))) rim.push_back(a);
     for (size_t i = 1; i < rim.size(); i++)
-      if (rim[i] == rim[i - 1]) unwanted[rim[i]] = 1, twice = true;
-    tangles += twice;
+      if (rim[i] == rim[i - 1]) unwanted[rim[i]] = 1;
   }
-  return tangles;
 }
 
 // Places where the surface itself is folded: a set of cells of a grid.
@@ -263,15 +266,19 @@ int mark_folds(const DecodedMesh& decoded, const Ground& ground, std::vector<cha
 }  // namespace
 
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  const GapError& error, int& folds, double& lost) {
-  std::vector<char> unwanted(ground.pixel.size(), 0);
-  mark_coincident(decoded, ground, unwanted);
-  mark_tangles(decoded, unwanted);
-  folds = mark_folds(decoded, ground, unwanted);
-  for (size_t v = 0; v < unwanted.size(); v++)
-    if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
-  mark_strays(decoded, ground, pieces, unwanted);
-  mark_bridged(decoded, ground, pieces, error, unwanted, lost);
+                                  const GapError& error, bool strays_only, int& folds, double& lost) {
+  std::vector<char> unwanted(ground.pixel.size(), 0), folded(unwanted);
+  folds = mark_folds(decoded, ground, folded);
+  if (!strays_only) {
+    unwanted = std::move(folded);
+    mark_coincident(decoded, ground, unwanted);
+    mark_tangles(decoded, unwanted);
+    for (size_t v = 0; v < unwanted.size(); v++)
+      if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
+  }
+  const std::vector<double> area = area_of_pixels(decoded, ground, error);
+  mark_strays(decoded, ground, pieces, area, unwanted, lost);
+  mark_bridged(decoded, ground, pieces, error, area, unwanted, lost);
   return unwanted;
 }
 

@@ -19,9 +19,10 @@ struct CleanedPatch {
 // - pixels where links contradict one another;
 // - pixels beyond the border of another patch, where the triangles between the patches turn over. `folds`
 //   receives the number of such edges that the surface does not have there.
+// strays_only: only the first two.
 // What leaving pieces away costs, squared distance times area, is added to `lost`.
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  const GapError& error, int& folds, double& lost);
+                                  const GapError& error, bool strays_only, int& folds, double& lost);
 
 // Takes the pixels out. Patches that lose every pixel are taken out, from patch_number as well. `storage`
 // keeps what `patches` then points to. Returns whether anything was changed.

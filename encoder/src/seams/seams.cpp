@@ -289,6 +289,7 @@ void improve_faces(const Context& in, Attempt& best) {
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr int kVainRounds = 1;        // of mending masks, without getting better
+constexpr int kStrayRounds = 2;       // after those, which take away strays alone
 
 }  // namespace
 
@@ -314,7 +315,9 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   StreamParts parts = code_stream(patches, placement);
   KnownTriangles known;
   double lost = 0;  // with pixels that were taken out
-  for (int round = 0, vain = 0; round < rounds && vain <= kVainRounds; round++) {
+  for (int round = 0, vain = 0, strays = 0; strays <= kStrayRounds; round++) {
+    const bool strays_only = round >= rounds || vain > kVainRounds;
+    strays += strays_only;
     const Context in(parts, patches, input, known);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
     const Pieces pieces = pieces_of(in, dropped);
@@ -323,7 +326,8 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     int folds = 0;
     const double lost_before = lost;
     const GapError error = error_of(in, a);
-    const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, lost);
+    const std::vector<char> unwanted =
+        unwanted_pixels(a.decoded, in.ground, pieces, error, strays_only, folds, lost);
     const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
     const double score = 10 * a.mismatch + 2 * folds + double(count) +
                          (error.sum + lost_before) / (kErrorScore * std::pow(double(placement.spacing), 4));
