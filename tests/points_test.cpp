@@ -208,7 +208,7 @@ TEST(Points, SphereWithAndWithoutNoise) {
   for (const Case& c : {Case{0, 1, 1.1}, Case{0.001, 2, 5}, Case{0.01, 5, 16}}) {
     const Trip t = trip(cloud_of_sphere(15000, c.noise * kSphereDiagonal), truth, c.target);
     EXPECT_LT(t.error, c.most) << c.noise;
-    EXPECT_LT(t.farthest, 10 * c.most) << c.noise;
+    EXPECT_LT(t.farthest, 12 * c.most) << c.noise;
     EXPECT_TRUE(t.result.target_met);
     expect_closed(t, 1, 0);
   }

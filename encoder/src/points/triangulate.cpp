@@ -19,7 +19,8 @@ constexpr double kLargest = 2.5;    // circumradius, spacings: chance leaves gap
 constexpr size_t kCandidates = 32;  // neighbours for a star
 constexpr double kLeastAgreement = 0.1;  // cosine between the normals of neighbours
 constexpr double kSteepest = 0.8;        // sine against the tangent plane
-constexpr size_t kHoleEdges = 24;        // of holes that are filled
+constexpr size_t kHoleEdges = 12;        // of holes that are filled
+constexpr size_t kUnevenHoleEdges = 24;  // likewise, if the longest is more than a tenth of all
 
 // Triangles that vertices want. A triangle begins with its lowest vertex and keeps its orientation.
 struct Wanted {
@@ -246,6 +247,15 @@ double sharpness(const Cloud& c, uint32_t a, uint32_t b, uint32_t d) {
   return std::max({cosine(c, a, b, d), cosine(c, b, d, a), cosine(c, d, a, b)});
 }
 
+bool is_small(const Cloud& cloud, const std::vector<uint32_t>& loop) {
+  double perimeter = 0, longest = 0;
+  for (size_t k = 0; k < loop.size(); k++) {
+    const double edge = (cloud.points[loop[k]] - cloud.points[loop[(k + 1) % loop.size()]]).norm();
+    perimeter += edge, longest = std::max(longest, edge);
+  }
+  return loop.size() <= kHoleEdges || (loop.size() <= kUnevenHoleEdges && perimeter <= 10 * longest);
+}
+
 // Cuts ears off a hole, the roundest first.
 void fill(const Cloud& cloud, Sectors& sectors, std::vector<uint32_t> loop, bool crowd) {
   while (loop.size() >= 3) {
@@ -271,7 +281,7 @@ std::vector<Triangle> triangulate(const Cloud& cloud, const KdTree& tree) {
   for (const Wanted& w : all_stars(cloud, tree)) sectors.add(w.corners, false);
   for (bool crowd : {false, true})  // first as the tangent planes want it, then as best one can
     for (const auto& loop : sectors.open_loops())
-      if (loop.size() <= kHoleEdges) fill(cloud, sectors, loop, crowd);
+      if (is_small(cloud, loop)) fill(cloud, sectors, loop, crowd);
   return sectors.take();
 }
 
