@@ -137,6 +137,28 @@ TEST(StreamScene, AccessorsPromiseWhatTheDecoderGives) {
   EXPECT_EQ(json["extensionsUsed"], TestJson({"RELIEF_patch_compression"}));
 }
 
+TEST(StreamScene, MayDrawPoints) {
+  TemporaryFolder folder;
+  write_stream_gltf(folder / "s.glb", sphere_stream(), true);
+  keep(folder / "s.glb");
+  const TestJson json = read_glb(folder / "s.glb").json;
+  const TestJson& primitive = json["meshes"][0]["primitives"][0];
+  EXPECT_EQ(primitive["mode"], 0);
+  EXPECT_FALSE(primitive.contains("indices"));
+  EXPECT_EQ(json["accessors"].size(), 2u);
+  expect_equal(read_gltf_mesh(folder / "s.glb"), decoded_sphere());  // the surface
+  EXPECT_EQ(decompress_gltf(folder / "s.glb", folder / "mesh.glb"), 1u);
+  expect_equal(read_gltf_mesh(folder / "mesh.glb"), decoded_sphere());
+  keep(folder / "mesh.glb");
+  EXPECT_EQ(decompress_gltf(folder / "s.glb", folder / "points.glb", {}, true), 1u);
+  keep(folder / "points.glb");
+  EXPECT_EQ(read_glb(folder / "points.glb").json["meshes"][0]["primitives"][0]["mode"], 0);
+  const TriangleMesh points = read_gltf_mesh(folder / "points.glb");
+  EXPECT_TRUE(points.triangles.empty());
+  EXPECT_EQ(points.positions, decoded_sphere().positions);
+  EXPECT_EQ(points.normals, decoded_sphere().normals);
+}
+
 TEST(StreamScene, DecompressesToTheSameMesh) {
   TemporaryFolder folder;
   write_stream_gltf(folder / "s.glb", sphere_stream());
@@ -295,6 +317,34 @@ TEST(Compress, NothingToDoGivesTheSameScene) {
   auto reports = compress(in, folder / "out.glb");
   EXPECT_FALSE(reports.at(0).compressed);
   EXPECT_EQ(read_bytes(in), read_bytes(folder / "out.glb"));
+}
+
+// With indices, points are drawn more than once.
+TEST(Compress, PointsStayPoints) {
+  for (bool indexed : {false, true}) {
+    TemporaryFolder folder;
+    SceneBuilder scene;
+    TriangleMesh sphere = make_bumpy_sphere(4);
+    TestJson primitive = scene.primitive(sphere);
+    primitive["mode"] = 0;
+    if (!indexed) primitive.erase("indices");
+    scene.mesh({primitive});
+    const std::string in = scene.save(folder / "in.glb");
+    const TriangleMesh cloud = read_gltf_mesh(in);
+    EXPECT_TRUE(cloud.triangles.empty());
+    EXPECT_EQ(cloud.positions.size(), indexed ? 3 * sphere.triangles.size() : sphere.positions.size());
+    auto reports = compress(in, folder / "out.glb");
+    ASSERT_TRUE(reports.at(0).compressed) << reports.at(0).reason;
+    keep(folder / "out.glb");
+    const TestJson json = read_glb(folder / "out.glb").json;
+    const TestJson& after = json["meshes"][0]["primitives"][0];
+    EXPECT_EQ(after["mode"], 0);
+    EXPECT_FALSE(after.contains("indices"));
+    EXPECT_EQ(json["accessors"].size(), 2u);
+    EXPECT_EQ(json["accessors"][0]["count"], decoded_sphere().positions.size());
+    expect_equal(read_gltf_mesh(folder / "out.glb"),
+                 decoded_sphere());  // what the encoder of these tests makes
+  }
 }
 
 TEST(Compress, SeveralBuffersBecomeOne) {
