@@ -211,7 +211,7 @@ TEST(WriteMesh, LeavesNothingBehindWhenItFails) {
   for (const auto& entry : std::filesystem::directory_iterator(temporary("")))
     EXPECT_EQ(entry.path().string().find(".tmp"), std::string::npos) << entry.path();
   EXPECT_CONTAINS(error_of([&] { write_mesh(temporary("x.abc"), make_sphere(0)); }), "unknown format '.abc'");
-  EXPECT_CONTAINS(error_of([&] { write_mesh(temporary("x.ply"), TriangleMesh()); }), "nothing to write");
+  EXPECT_CONTAINS(error_of([&] { write_mesh(temporary("x.ply"), TriangleMesh()); }), "no triangles");
 }
 
 TEST(ReadMesh, SplitsPolygonsAndSkipsLines) {
@@ -398,7 +398,7 @@ TEST(ReadPoints, PlyKeepsNormalsAndColours) {
   expect_equal(read, cloud);
   EXPECT_EQ(read.colors, cloud.colors);
   for (const char* name : {"cloud2.ply", "cloud2.xyz"}) {
-    write_mesh(temporary(name), cloud);
+    write_points(temporary(name), cloud);
     expect_equal(read_mesh(temporary(name)), cloud);
   }
 }

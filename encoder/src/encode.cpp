@@ -85,7 +85,8 @@ struct Trial {
   double error = 0;   // of that, fraction of the diagonal; see measure
   Topology topology;  // of that
   std::vector<int> patch_number;
-  Sampled sampled;  // what it was made of, of trials of the search
+  size_t coefficient_bytes = 0;  // of the stream
+  Sampled sampled;               // what it was made of, of trials of the search
 };
 
 TriangleMesh in_model_units(const Surface& s, const std::vector<Vec3>& points) {
@@ -197,6 +198,8 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
   step = std::max(step, finest_step(s.patches));
   s.placement = {{}, float(m.surface.scale), float(spacing), float(step), float(kTrade), m.closed};
+  s.placement.bisk = m.options.coder == Coder::kBisk;
+  s.placement.even = m.options.allocation == Allocation::kEven;
   for (int k = 0; k < 3; k++) s.placement.origin[k] = float(m.surface.origin[k]);
   watch.lap("allocate");
   return s;
@@ -221,6 +224,7 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
       {parts.boundary_nodes, uint32_t(trial.mesh.positions.size()), uint32_t(trial.mesh.triangles.size())},
       found.seams);
   trial.patch_number = s.patch_number;
+  trial.coefficient_bytes = parts.coefficients.size();
   watch.lap("decode");
   return trial;
 }
@@ -238,13 +242,15 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
-// The thorough trial of these patches with the step that just keeps within the target:
-// with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
-// whether this one does.
+// The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
+// with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
+// one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 7, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
-  const double usual = bytes > 0 ? -0.9 : 0.6;  // slope of the excess y over x, the logarithm of the step
+  const bool bisk = s.placement.bisk;
+  // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
+  const double usual = bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6;
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
@@ -255,8 +261,12 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   if (!s.mended) mend(m, s, kMendRounds, watch);
   const double finest = finest_step(s.patches);
   for (int i = 0; i < kMost; i++) {
-    s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
+    if (!bisk)
+      s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
+    else if (i > 0)
+      s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
     Trial t = code(m, s, true, watch);
+    if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
     double y = measured(t);
     if (i > 0 && y <= 0 && y > -kInside) {  // mended for another step
       mend(m, s, kMendAgainRounds, watch);
@@ -277,6 +287,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   if (m.options.unquantised) {
     s.placement.step = float(finest);
     s.placement.trade = 0;
+    s.placement.coefficient_bytes = SIZE_MAX;
     best.unquantised = code(m, s, true, watch).stream;
   }
   return best;
@@ -353,25 +364,38 @@ Bracket all_lambdas(const Job& m, double slope) {
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
   constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  mend(m, sampled, mended ? kMendRounds : 0, watch);
+  if (mended) mend(m, sampled, kMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
-  t.lambda = lambda;
   if (bytes == 0) t.error = measure(m, t, watch);
+  t.lambda = lambda;
   t.sampled = std::move(sampled);
   return t;
+}
+
+constexpr double kNear = 0.015;  // of the target, in the logarithm: that is left to the last word
+
+// Of two trials the last word takes the one of lower rank: of those near the target the one that would take
+// fewer bytes there (errors of gaps jump from trial to trial), else the nearest inside of it, else the
+// nearest.
+constexpr double kNotNear = 1e3, kOutside = 2e3;
+double rank(const Trial& t, double y, double bytes) {
+  constexpr double kWithin = 0.12, kBytesByError = 1.2;  // slope of bytes over error, in logarithms
+  if (y >= kNear) return kOutside + y;
+  if (bytes > 0 || y < -kWithin) return kNotNear - y;
+  return std::log(double(t.stream.size())) + kBytesByError * y;
 }
 
 // Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
 // trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
 Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
-  constexpr double kNear = 0.015, kNearToSplit = 0.5;
+  constexpr double kNearToSplit = 0.5;
   constexpr int kMostLooks = 3;
   Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
   const double target = bytes > 0 ? 1e-4 : m.options.error;
   const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
   double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
-  Trial best, least;  // inside and outside of the target, nearest to it
-  double best_y = -INFINITY, least_y = INFINITY;
+  Trial best;
+  double best_rank = INFINITY;
   int looks = 0;  // for what is missed: again where new patches have made it worse
   bool split = false;
   double split_at = 0;  // the error at first
@@ -385,23 +409,20 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
       if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
         split = true;
         bracket = all_lambdas(m, bracket.slope);
-        best_y = -INFINITY, least_y = INFINITY;
+        best_rank = INFINITY;
         x = looks == 1 ? bracket.next(x, y) : x;
         continue;
       }
     }
     bracket.add(x, y);
-    if (y <= 0 && y > best_y)
-      best_y = y, best = std::move(t);
-    else if (y > 0 && y < least_y)
-      least_y = y, least = std::move(t);
+    if (rank(t, y, bytes) < best_rank) best_rank = rank(t, y, bytes), best = std::move(t);
     if (std::fabs(y) < kNear) break;
     const double next = bracket.next(x, y);
     if (next == x) break;
     x = next;
   }
-  met = best_y > -INFINITY || least_y < kNear;
-  return last_word(m, std::move(met && least_y >= kNear ? best : least), bytes, met, watch);
+  met = best_rank < kOutside;
+  return last_word(m, std::move(best), bytes, met, watch);
 }
 
 }  // namespace

@@ -75,8 +75,7 @@ void replace_primitive(Document& document, size_t m, size_t i, bool points, std:
 
 }  // namespace
 
-size_t decompress_gltf(const std::string& in, const std::string& out, const DecodeOptions& options,
-                       bool points) {
+size_t decompress_gltf(const std::string& in, const std::string& out, const DecodeOptions& options) {
   Document document = load_document(in);
   document.decoding = options;
   std::map<int64_t, Filled> done;
@@ -89,7 +88,7 @@ size_t decompress_gltf(const std::string& in, const std::string& out, const Deco
       if (stream_view(primitive) < 0) continue;
       for (const Json& accessor : primitive["attributes"]) old_accessors.insert(accessor.get<size_t>());
       if (const Json* indices = find(primitive, "indices")) old_accessors.insert(indices->get<size_t>());
-      replace_primitive(document, m, i, points, done);
+      replace_primitive(document, m, i, options.points, done);
       count++;
     }
   if (count > 0) {

@@ -45,8 +45,7 @@ void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
 
 // Reads `in`, replaces every compressed primitive by a plain one of triangles, or of points if so asked, and
 // writes `out` (.glb or .gltf). Returns how many.
-size_t decompress_gltf(const std::string& in, const std::string& out, const DecodeOptions& options = {},
-                       bool points = false);
+size_t decompress_gltf(const std::string& in, const std::string& out, const DecodeOptions& options = {});
 
 // All streams of a file: of every primitive of a .glb/.gltf, or the file itself if it is a bare .relief
 // stream.

@@ -18,4 +18,7 @@ TriangleMesh read_mesh(const std::string& path, const DecodeOptions& options = {
 // .xyz; to a temporary name, then renamed.
 void write_mesh(const std::string& path, const TriangleMesh& mesh);
 
+// Likewise a point cloud: .ply, .obj, .xyz.
+void write_points(const std::string& path, const TriangleMesh& mesh);
+
 }  // namespace relief

@@ -32,7 +32,7 @@ class PolygonFan {
   uint32_t first_ = 0, last_ = 0;
 };
 
-// Called by read_mesh for every format.
+// Called by read_mesh for every format. points: there need be no faces.
 inline void check_mesh(const TriangleMesh& mesh) {
   if (mesh.positions.empty()) throw InputError("has no vertices");
   for (size_t i = 0; i < mesh.positions.size(); i++)

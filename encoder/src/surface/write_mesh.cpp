@@ -159,18 +159,28 @@ void write_atomically(const std::string& path, const std::string& bytes) {
   throw InputError("cannot be written: " + reason);
 }
 
-}  // namespace
-
-void write_mesh(const std::string& path, const TriangleMesh& mesh) {
-  if (mesh.positions.empty()) throw InputError("there is nothing to write");
+std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+void write_points(const std::string& path, const TriangleMesh& mesh) {
+  if (!mesh.triangles.empty()) throw InputError("these are not points");
+  std::string extension = extension_of(path);
   if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
-  if (mesh.triangles.empty()) {
-    if (extension == ".xyz") return write_atomically(path, xyz_bytes(mesh));
-    throw InputError("unknown format '" + extension + "' to write points (known: .ply .xyz)");
-  }
+  if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
+  if (extension == ".xyz") return write_atomically(path, xyz_bytes(mesh));
+  throw InputError("unknown format '" + extension + "' to write points (known: .ply .obj .xyz)");
+}
+
+void write_mesh(const std::string& path, const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw InputError("there are no triangles to write");
+  std::string extension = extension_of(path);
+  if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
   if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
   if (extension == ".glb") return write_atomically(path, glb_bytes(mesh));
   throw InputError("unknown format '" + extension + "' to write (known: .ply .obj .glb)");
