@@ -400,13 +400,12 @@ TEST(Options, EachFormNeedsNoMoreThanInspectSays) {
 TEST(Level, CoarserMeshesAreManifoldsNearTheWhole) {
   for (const Golden& g : golden()) {
     const Decoded whole = decode_bytes(g.stream);
-    size_t before = whole.vertices();
     for (uint32_t level = 1; level <= RELIEF_MAX_LEVEL; level++) {
       const Decoded d = decode_by(g, options_of(nullptr, 0, level));
       ASSERT_EQ(d.status, RELIEF_OK);
       EXPECT_EQ(fault_of(d, g.closed), "") << g.name << ", level " << level;
-      EXPECT_LT(d.vertices(), before) << g.name << ", level " << level;
-      before = d.vertices();
+      // a quarter with every level but for the borders; thin shapes may vanish, and at one level more be there
+      EXPECT_LT(d.vertices() << level, whole.vertices()) << g.name << ", level " << level;
       if (level > 2) continue;
       ASSERT_GT(d.vertices(), 0u) << g.name;
       // each vertex to the nearest of the whole, in spacings of the coarser grid
