@@ -28,9 +28,9 @@ struct DecodeMemory {
     if (status != RELIEF_OK) return status;
     mesh.vertex_capacity = info.vertex_capacity;
     mesh.triangle_capacity = info.triangle_capacity;
-    mesh.positions = static_cast<float*>(std::malloc(12 * size_t(info.vertex_capacity)));
-    if (normals) mesh.normals = static_cast<float*>(std::malloc(12 * size_t(info.vertex_capacity)));
-    mesh.indices = static_cast<uint32_t*>(std::malloc(12 * size_t(info.triangle_capacity)));
+    mesh.positions = std::malloc(12 * size_t(info.vertex_capacity));
+    if (normals) mesh.normals = std::malloc(12 * size_t(info.vertex_capacity));
+    mesh.indices = std::malloc(12 * size_t(info.triangle_capacity));
     workspace = std::aligned_alloc(16, (info.workspace_bytes + 15) / 16 * 16);
     const bool all = mesh.positions && (mesh.normals || !normals) && mesh.indices && workspace;
     return all ? RELIEF_OK : RELIEF_ERROR_WORKSPACE;

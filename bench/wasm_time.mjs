@@ -1,5 +1,5 @@
 // node wasm_time.mjs STREAM [MODULE.wasm]... [--rounds N]: milliseconds of a whole decode in WebAssembly, positions,
-// normals and indices, the least and the median of all rounds, the modules in turns. By default those in web/dist. It is
+// normals and indices, the least and the median of all rounds, the modules in turns. By default those in wasm/dist. It is
 // processor time: other programs on the machine disturb it little.
 import fs from 'node:fs';
 
@@ -9,11 +9,11 @@ const args = process.argv.slice(2);
 const at = args.indexOf('--rounds');
 const rounds = at < 0 ? 50 : Number(args.splice(at, 2)[1]);
 const [file, ...modules] = args;
-if (modules.length === 0) for (const name of ['relief', 'relief-simd']) modules.push(new URL(`../web/dist/${name}.wasm`, import.meta.url));
+if (modules.length === 0) for (const name of ['relief', 'relief-simd']) modules.push(new URL(`../wasm/dist/${name}.wasm`, import.meta.url));
 
 const stream = fs.readFileSync(file);
 const contestants = await Promise.all(modules.map(async name =>
-  ({ name: String(name), decoder: await createReliefDecoder(fs.readFileSync(name)), times: [] })));
+  ({ name: String(name), decoder: await createReliefDecoder({ module: fs.readFileSync(name) }), times: [] })));
 for (let round = 0; round < rounds; round++) {
   for (const { decoder, times } of contestants) {
     const begin = process.cpuUsage();

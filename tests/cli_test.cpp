@@ -167,6 +167,24 @@ TEST_F(CommandLine, MeetsABudgetOfBytes) {
   EXPECT_LE(std::filesystem::file_size(folder / "t.relief"), 1500u);
 }
 
+// A bisk stream is another stream, of bit planes; how its bits are shared makes a difference.
+TEST_F(CommandLine, CodesBitPlanes) {
+  std::vector<TestBytes> streams;
+  for (const char* options : {"", "--coder bisk", "--coder bisk --allocation even"}) {
+    ASSERT_EQ(run(std::string("encode torus.ply t.relief --error 1e-3 --quiet ") + options).code, 0) << options;
+    streams.push_back(read_bytes(folder / "t.relief"));
+    Result compared = run("compare torus.ply t.relief --samples 100000 --json");
+    EXPECT_LE(compared.json()["e_rms"].get<double>(), 10.3) << options;
+  }
+  EXPECT_NE(streams[0], streams[1]);
+  EXPECT_NE(streams[1], streams[2]);
+  TestJson stream = run("info t.relief --json").json()["streams"][0];
+  uint64_t planes = 0;
+  for (const TestJson& bytes : stream["bytes_by_plane"]) planes += bytes.get<uint64_t>();
+  EXPECT_EQ(planes, stream["bytes_coefficients"].get<uint64_t>());
+  EXPECT_NE(run("info t.relief").out.find("bit plane 0"), std::string::npos);
+}
+
 TEST_F(CommandLine, SaysWhenTheTargetCannotBeMet) {
   Result encoded = run("encode torus.ply t.relief --bytes 20");
   EXPECT_EQ(encoded.code, 3);
@@ -233,6 +251,7 @@ TEST_F(CommandLine, WrongCommandLines) {
         "encode torus.ply t.glb --error 0", "encode torus.ply t.glb --error -1",
         "encode torus.ply t.glb --error x", "encode torus.ply t.glb --bytes 100 --bpv 1",
         "encode torus.ply t.glb --error 1e-4 --bytes 100", "encode torus.ply t.glb --threads 0",
+        "encode torus.ply t.glb --coder zip", "encode torus.ply t.glb --allocation odd",
         "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
         "compare torus.ply", "info", "compare torus.ply torus.ply --heatmap h.png"}) {
     Result result = run(arguments);

@@ -28,8 +28,9 @@ int main(int argc, char** argv) {
   std::vector<float> positions(3 * size_t(info.vertex_capacity)), normals(positions.size());
   std::vector<uint32_t> indices(3 * size_t(info.triangle_capacity));
   void* workspace = std::aligned_alloc(16, (info.workspace_bytes + 15) / 16 * 16);
-  relief_mesh mesh = {
-      positions.data(), normals.data(), indices.data(), info.vertex_capacity, info.triangle_capacity, 0, 0};
+  relief_mesh mesh = {};
+  mesh.positions = positions.data(), mesh.normals = normals.data(), mesh.indices = indices.data();
+  mesh.vertex_capacity = info.vertex_capacity, mesh.triangle_capacity = info.triangle_capacity;
   status = relief_decode(bytes.data(), bytes.size(), nullptr, &mesh, workspace, info.workspace_bytes);
   std::free(workspace);
   if (status != RELIEF_OK) return fail(argv[1], relief_status_text(status));

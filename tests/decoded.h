@@ -46,41 +46,129 @@ class HeapBlock {
 struct Decoded {
   relief_status inspected = RELIEF_OK, status = RELIEF_OK;
   relief_info info = {};
+  relief_mesh mesh = {};  // counts, bounds
+  bool points = false;
   std::vector<float> positions, normals;
   std::vector<uint32_t> indices;
   size_t vertices() const { return positions.size() / 3; }
   size_t triangles() const { return indices.size() / 3; }
 };
 
-// decode: relief_decode or one like it.
+inline relief_options options_of(const relief_limits* limits, uint32_t flags = 0, uint32_t level = 0,
+                                 const uint8_t* patches = nullptr) {
+  return {limits, patches, level, flags, 0, 0};
+}
+
+// Vectors of three numbers, `stride` bytes apart, as floats.
+template <class T>
+std::vector<float> unpacked(const uint8_t* bytes, size_t stride, size_t count) {
+  std::vector<float> all;
+  all.reserve(3 * count);
+  for (size_t i = 0; i < count; i++, bytes += stride)
+    for (size_t k = 0; k < 3; k++) {
+      T value;
+      std::memcpy(&value, bytes + k * sizeof(T), sizeof(T));
+      all.push_back(float(value));
+    }
+  return all;
+}
+
+// decode: relief_decode or one like it. Quantised positions are scaled back; normals stay as they are.
 template <class Decode>
-Decoded decode_exactly_by(const void* data, size_t size, const relief_limits* limits, Decode decode) {
+Decoded decode_exactly_by(const void* data, size_t size, const relief_options* options, Decode decode) {
   Decoded d;
   const HeapBlock stream(data, size);
   const void* bytes = stream.data();
-  d.status = d.inspected = relief_inspect(bytes, size, limits, &d.info);
+  d.status = d.inspected = relief_inspect(bytes, size, options, &d.info);
   if (d.status != RELIEF_OK) return d;
+  const relief_options o = options ? *options : relief_options{};
+  const bool quantised = o.flags & RELIEF_QUANTISED, narrow = o.flags & RELIEF_INDICES_16;
+  d.points = o.flags & RELIEF_POINTS;
+  const size_t position_stride = o.position_stride ? o.position_stride : quantised ? 8 : 12;
+  const size_t normal_stride = o.normal_stride ? o.normal_stride : quantised ? 4 : 12;
   const size_t vertices = d.info.vertex_capacity, triangles = d.info.triangle_capacity;
-  const HeapBlock workspace(d.info.workspace_bytes), positions(12 * vertices), normals(12 * vertices),
-      indices(12 * triangles);
-  relief_mesh mesh = {positions.as<float>(),
-                      normals.as<float>(),
-                      indices.as<uint32_t>(),
-                      d.info.vertex_capacity,
-                      d.info.triangle_capacity,
-                      0,
-                      0};
-  d.status = decode(bytes, size, limits, &mesh, workspace.data(), workspace.size());
+  const HeapBlock workspace(d.info.workspace_bytes), positions(position_stride * vertices),
+      normals(normal_stride * vertices), indices((narrow ? 6 : 12) * triangles);
+  relief_mesh& mesh = d.mesh;
+  mesh.positions = positions.data(), mesh.normals = normals.data();
+  mesh.indices = d.points ? nullptr : indices.data();
+  mesh.vertex_capacity = d.info.vertex_capacity, mesh.triangle_capacity = d.info.triangle_capacity;
+  d.status = decode(bytes, size, options, &mesh, workspace.data(), workspace.size());
   if (d.status != RELIEF_OK) return d;
-  d.positions.assign(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
-  d.normals.assign(mesh.normals, mesh.normals + 3 * size_t(mesh.vertex_count));
-  d.indices.assign(mesh.indices, mesh.indices + 3 * size_t(mesh.triangle_count));
+  const size_t n = mesh.vertex_count;
+  d.positions = quantised ? unpacked<int16_t>(positions.data(), position_stride, n)
+                          : unpacked<float>(positions.data(), position_stride, n);
+  d.normals = quantised ? unpacked<int8_t>(normals.data(), normal_stride, n)
+                        : unpacked<float>(normals.data(), normal_stride, n);
+  for (size_t i = 0; quantised && i < d.positions.size(); i++)
+    d.positions[i] = float(mesh.offset[i % 3] + double(mesh.scale) * d.positions[i] / 32767);
+  for (size_t i = 0; i < 3 * size_t(mesh.triangle_count); i++)
+    d.indices.push_back(narrow ? indices.as<uint16_t>()[i] : indices.as<uint32_t>()[i]);
+  mesh.positions = mesh.normals = mesh.indices = nullptr;
   return d;
 }
 
-inline Decoded decode_exactly(const void* data, size_t size, const relief_limits* limits = nullptr,
-                              bool smooth = false) {
-  return decode_exactly_by(data, size, limits, smooth ? relief_decode_smoothed : relief_decode);
+inline Decoded decode_exactly(const void* data, size_t size, const relief_options* options = nullptr) {
+  return decode_exactly_by(data, size, options, relief_decode);
+}
+
+// A stream that arrives piece by piece: relief_decode_more, each time with the workspace moved elsewhere.
+class Arriving {
+ public:
+  // All bytes so far.
+  Decoded decode(const void* data, size_t size, const relief_options* options = nullptr) {
+    return decode_exactly_by(
+        data, size, options,
+        [&](const void* bytes, size_t n, const relief_options* o, relief_mesh* mesh, void*,
+            size_t workspace_size) { return more(bytes, n, o, mesh, workspace_size); });
+  }
+  // Without a mesh.
+  relief_status take(const void* data, size_t size, const relief_options* options = nullptr) {
+    relief_info info;
+    const relief_status status = relief_inspect(data, size, options, &info);
+    return status == RELIEF_OK ? more(data, size, options, nullptr, size_t(info.workspace_bytes)) : status;
+  }
+  size_t taken() const { return taken_; }
+
+ private:
+  relief_status more(const void* data, size_t size, const relief_options* options, relief_mesh* mesh,
+                     size_t workspace_size) {
+    auto moved = std::make_unique<HeapBlock>(workspace_size);
+    if (workspace_)
+      std::memcpy(moved->data(), workspace_->data(), std::min(workspace_size, workspace_->size()));
+    workspace_ = std::move(moved);
+    return relief_decode_more(data, size, options, mesh, workspace_->data(), workspace_size, &taken_);
+  }
+  std::unique_ptr<HeapBlock> workspace_;
+  size_t taken_ = 0;
+};
+
+// Whether two decodes gave the same, bit for bit.
+inline bool same(const Decoded& a, const Decoded& b) {
+  auto bytes_equal = [](const std::vector<float>& x, const std::vector<float>& y) {
+    return x.size() == y.size() && (x.empty() || !std::memcmp(x.data(), y.data(), x.size() * sizeof(float)));
+  };
+  return a.status == b.status && bytes_equal(a.positions, b.positions) && bytes_equal(a.normals, b.normals) &&
+         a.indices == b.indices;
+}
+
+// Options chosen by a number, in one case of four none.
+inline Decoded decode_randomly(const void* data, size_t size, const relief_limits& limits, uint32_t seed) {
+  auto choose = [&seed](uint32_t n) { return ((seed = seed * 1664525 + 1013904223) >> 16) % n; };
+  relief_options o = options_of(&limits);
+  relief_info info;
+  if (choose(4) == 0 || relief_inspect(data, size, &o, &info) != RELIEF_OK)
+    return decode_exactly(data, size, &o);
+  o.level = choose(RELIEF_MAX_LEVEL + 1);
+  o.flags = choose(2) ? RELIEF_POINTS : choose(2) ? RELIEF_SMOOTH : 0;
+  if (choose(2)) o.flags |= RELIEF_QUANTISED;
+  if (choose(2)) o.flags |= RELIEF_INDICES_16;
+  if (choose(3) == 0) o.position_stride = 12 + 4 * choose(4);
+  if (choose(3) == 0) o.normal_stride = 12 + 4 * choose(4);
+  std::vector<uint8_t> patches(info.patch_count);
+  for (uint8_t& wanted : patches) wanted = uint8_t(choose(3));
+  if (choose(2)) o.patches = patches.data();
+  return decode_exactly(data, size, &o);
 }
 
 // A mesh by its corners: an entry for each directed edge from -> to with the third corner of its triangle,
@@ -155,9 +243,17 @@ inline std::string fault_of(const Decoded& d, bool closed = false) {
     if (!std::isfinite(f)) return "a position is not finite";
   for (size_t i = 0; i < d.normals.size(); i += 3) {
     const float* n = &d.normals[i];
-    if (!(std::fabs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1) < 1e-4f))
+    const float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    if (!(std::fabs(square - 1) < 1e-4f || std::fabs(std::sqrt(square) - 127) < 1))  // of int8
       return "a normal is not of unit length";
   }
+  for (size_t i = 0; i < d.positions.size(); i++) {
+    const double least = d.mesh.min[i % 3], most = d.mesh.max[i % 3];
+    const double slack =  // of quantised ones
+        d.mesh.scale > 0 ? double(d.mesh.scale) / 32767 + 1e-6 * std::fabs(d.positions[i]) : 0;
+    if (d.positions[i] < least - slack || d.positions[i] > most + slack) return "a position is out of bounds";
+  }
+  if (d.points) return d.triangles() ? "points have triangles" : "";
   for (uint32_t i : d.indices)
     if (i >= d.vertices()) return "an index is out of range";
   for (size_t t = 0; t < d.indices.size(); t += 3) {

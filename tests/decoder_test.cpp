@@ -7,11 +7,13 @@
 #include <random>
 #include <set>
 
+#include "coarse_mask.h"
 #include "coefficients.h"
 #include "container.h"
 #include "decode.h"
 #include "decoded.h"
 #include "golden.h"
+#include "output.h"
 #include "wavelet.h"
 
 // Compiled as C99 and as C++11.
@@ -33,7 +35,8 @@ const Golden& golden(const std::string& name) {
 }
 
 Decoded decode_bytes(const std::vector<uint8_t>& bytes, const relief_limits* limits = nullptr) {
-  return decode_exactly(bytes.data(), bytes.size(), limits);
+  const relief_options options = options_of(limits);
+  return decode_exactly(bytes.data(), bytes.size(), &options);
 }
 
 size_t components_of(const Decoded& d) {
@@ -51,7 +54,7 @@ size_t components_of(const Decoded& d) {
 }
 
 // Limits that keep a damaged stream from asking for much.
-constexpr relief_limits kSmall = {1 << 10, 1 << 16, 1 << 16};
+constexpr relief_limits kSmall = {1 << 10, 1 << 16, 1 << 16, 0};
 
 // No stream within the limits may ask for more memory than this: the planes of a pyramid take at most 8
 // elements a pixel and 640 a patch (container.cpp), and a vertex can be a border node.
@@ -65,6 +68,15 @@ relief_status expect_error_or_good_mesh(const std::vector<uint8_t>& bytes, const
                                         bool closed = false) {
   const Decoded d = decode_bytes(bytes, &kSmall);
   EXPECT_LE(d.info.workspace_bytes, workspace_bound(kSmall)) << what;
+  if (d.inspected == RELIEF_OK) {
+    const uint32_t seed = uint32_t(std::hash<std::string>()(what));
+    const Decoded other = decode_randomly(bytes.data(), bytes.size(), kSmall, seed);
+    if (other.status == RELIEF_OK) {
+      EXPECT_EQ(fault_of(other), "") << what << ", other options of " << seed;
+    } else {
+      EXPECT_EQ(other.status, other.status == RELIEF_ERROR_OUTPUT ? other.status : d.status) << what;
+    }
+  }
   if (d.status == RELIEF_OK) {
     EXPECT_EQ(fault_of(d, closed), "") << what;
   } else {
@@ -172,11 +184,10 @@ struct Call {
   relief_status run(const std::function<void(Call&)>& change = {}) {
     const HeapBlock positions(12 * size_t(mesh.vertex_capacity)), normals(12 * size_t(mesh.vertex_capacity)),
         indices(12 * size_t(mesh.triangle_capacity)), memory(workspace_size);
-    mesh.positions = positions.as<float>(), mesh.normals = normals.as<float>();
-    mesh.indices = indices.as<uint32_t>();
+    mesh.positions = positions.data(), mesh.normals = normals.data(), mesh.indices = indices.data();
     workspace = memory.data();
     if (change) change(*this);
-    return relief_decode(data, size, limits, mesh_pointer, workspace, workspace_size);
+    return relief_decode(data, size, &options, mesh_pointer, workspace, workspace_size);
   }
 
   const void* data;
@@ -184,7 +195,7 @@ struct Call {
   relief_info info = {};
   relief_mesh mesh = {};
   relief_mesh* mesh_pointer = &mesh;
-  const relief_limits* limits = nullptr;
+  relief_options options = {};
   uint8_t* workspace = nullptr;
   size_t workspace_size = 0;
 };
@@ -255,9 +266,13 @@ TEST(Decode, DoesNotDependOnWhatTheMemoryHeldBefore) {
         std::memset(call.mesh.indices, fill, 12 * size_t(call.mesh.triangle_capacity));
         d.status =
             relief_decode(call.data, call.size, nullptr, &call.mesh, call.workspace, call.workspace_size);
-        d.positions.assign(call.mesh.positions, call.mesh.positions + 3 * size_t(call.mesh.vertex_count));
-        d.normals.assign(call.mesh.normals, call.mesh.normals + 3 * size_t(call.mesh.vertex_count));
-        d.indices.assign(call.mesh.indices, call.mesh.indices + 3 * size_t(call.mesh.triangle_count));
+        auto copy = [](auto& to, const void* from, uint32_t count) {
+          using T = typename std::decay_t<decltype(to)>::value_type;
+          to.assign(static_cast<const T*>(from), static_cast<const T*>(from) + 3 * size_t(count));
+        };
+        copy(d.positions, call.mesh.positions, call.mesh.vertex_count);
+        copy(d.normals, call.mesh.normals, call.mesh.vertex_count);
+        copy(d.indices, call.mesh.indices, call.mesh.triangle_count);
       });
       ASSERT_EQ(status, RELIEF_OK);
       EXPECT_EQ(hash_of(d), g.hash) << g.name << " in memory of " << fill;
@@ -268,7 +283,7 @@ TEST(Decode, DoesNotDependOnWhatTheMemoryHeldBefore) {
 TEST(Limits, AreRespected) {
   for (const Golden& g : golden()) {
     const Decoded d = decode_bytes(g.stream);
-    relief_limits l = {d.info.patch_count, d.info.pixel_count, d.info.vertex_count};
+    relief_limits l = {d.info.patch_count, d.info.pixel_count, d.info.vertex_count, 0};
     l.max_pixels = std::max(l.max_pixels, 64u);
     EXPECT_EQ(decode_bytes(g.stream, &l).status, RELIEF_OK) << g.name;
     EXPECT_LE(d.info.workspace_bytes, workspace_bound(l)) << g.name;
@@ -278,10 +293,11 @@ TEST(Limits, AreRespected) {
         relief_limits tight = l;
         tight.*field = value;
         relief_info info;
-        EXPECT_EQ(relief_inspect(g.stream.data(), g.stream.size(), &tight, &info), RELIEF_ERROR_LIMIT)
+        const relief_options options = options_of(&tight);
+        EXPECT_EQ(relief_inspect(g.stream.data(), g.stream.size(), &options, &info), RELIEF_ERROR_LIMIT)
             << g.name;
         Call c(g.stream);
-        c.limits = &tight;
+        c.options.limits = &tight;
         EXPECT_EQ(c.run(), RELIEF_ERROR_LIMIT) << g.name;
       }
   }
@@ -301,7 +317,7 @@ TEST(Status, EachIsReachableAndHasAText) {
       seen[decode_bytes(damaged, &kSmall).status]++;
     }
   for (size_t n : {size_t(0), size_t(10), s.size() / 10}) seen[decode_exactly(s.data(), n).status]++;
-  const relief_limits none = {0, 0, 0};
+  const relief_limits none = {0, 0, 0, 0};
   seen[decode_bytes(s, &none).status]++;
   seen[Call(s).run([](Call& c) { c.data = nullptr; })]++;
   seen[Call(s).run([](Call& c) { c.workspace_size--; })]++;
@@ -316,6 +332,278 @@ TEST(Status, EachIsReachableAndHasAText) {
   EXPECT_EQ(texts.count("unknown status"), 0u);
   EXPECT_STREQ(relief_status_text(relief_status(999)), "unknown status");
   EXPECT_STREQ(relief_status_text(relief_status(-1)), "unknown status");
+}
+
+// --- options ---
+
+// The pixels' vertices of the whole mesh by patch: where each patch's begin, and the end.
+std::vector<uint32_t> patch_begins(const Golden& g) {
+  std::vector<uint32_t> begins = {0};
+  const Decoded whole = decode_bytes(g.stream);
+  for (uint32_t i = 0; i < whole.info.patch_count; i++) {
+    std::vector<uint8_t> wanted(whole.info.patch_count, 0);
+    wanted[i] = 1;
+    const relief_options o = options_of(nullptr, RELIEF_POINTS, 0, wanted.data());
+    begins.push_back(begins.back() +
+                     uint32_t(decode_exactly(g.stream.data(), g.stream.size(), &o).vertices()));
+  }
+  return begins;
+}
+
+Decoded decode_by(const Golden& g, const relief_options& o) {
+  return decode_exactly(g.stream.data(), g.stream.size(), &o);
+}
+
+TEST(Options, ThoseOutOfRangeAreErrors) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  auto expect = [&](relief_status status, const relief_options& o) {
+    relief_info info;
+    EXPECT_EQ(relief_inspect(s.data(), s.size(), &o, &info), status);
+    Call c(s);
+    c.options = o;
+    c.workspace_size *= 8, c.mesh.vertex_capacity *= 8;
+    EXPECT_EQ(c.run(), status);
+  };
+  expect(RELIEF_OK, {});
+  expect(RELIEF_OK, {nullptr, nullptr, RELIEF_MAX_LEVEL, 0, 0, 0});
+  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, RELIEF_MAX_LEVEL + 1, 0, 0, 0});
+  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, 16, 0, 0});
+  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, RELIEF_SMOOTH | RELIEF_POINTS, 0, 0});
+  for (uint32_t flags : {0, int(RELIEF_QUANTISED)}) {
+    const uint32_t position = flags ? 8 : 12, normal = flags ? 4 : 12;
+    expect(RELIEF_OK, {nullptr, nullptr, 0, flags, position, normal});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, position - 4, 0});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, position + 2, 0});
+    if (normal > 4) expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, normal - 4});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, normal + 1});
+  }
+  Call c(s);
+  EXPECT_EQ(c.run([](Call& call) { call.options.flags = RELIEF_POINTS, call.mesh.indices = nullptr; }),
+            RELIEF_OK);
+  EXPECT_EQ(c.run([](Call& call) { call.options.flags = RELIEF_QUANTISED; }), RELIEF_ERROR_WORKSPACE);
+}
+
+TEST(Options, EachFormNeedsNoMoreThanInspectSays) {
+  for (const Golden& g : golden())
+    for (uint32_t flags = 0; flags < 16; flags++)
+      for (uint32_t level = 0; level <= RELIEF_MAX_LEVEL; level++)
+        for (uint32_t stride : {0, 24}) {
+          if (flags & RELIEF_SMOOTH && flags & RELIEF_POINTS) continue;
+          const relief_options o = {nullptr, nullptr, level, flags, stride, stride};
+          const Decoded d = decode_by(g, o);
+          ASSERT_EQ(d.status, RELIEF_OK) << g.name << ", flags " << flags << ", level " << level;
+          ASSERT_EQ(fault_of(d, g.closed && !d.points), "") << g.name << ", flags " << flags;
+        }
+}
+
+// Where the whole surface has no border, a coarser one has none; it is as good a manifold, and near.
+TEST(Level, CoarserMeshesAreManifoldsNearTheWhole) {
+  for (const Golden& g : golden()) {
+    const Decoded whole = decode_bytes(g.stream);
+    size_t before = whole.vertices();
+    for (uint32_t level = 1; level <= RELIEF_MAX_LEVEL; level++) {
+      const Decoded d = decode_by(g, options_of(nullptr, 0, level));
+      ASSERT_EQ(d.status, RELIEF_OK);
+      EXPECT_EQ(fault_of(d, g.closed), "") << g.name << ", level " << level;
+      EXPECT_LT(d.vertices(), before) << g.name << ", level " << level;
+      before = d.vertices();
+      if (level > 2) continue;
+      ASSERT_GT(d.vertices(), 0u) << g.name;
+      // each vertex to the nearest of the whole, in spacings of the coarser grid
+      double worst = 0;
+      const float* p = whole.positions.data();
+      double spacing = 1e30;
+      for (size_t k = 3; k < 30; k += 3)
+        spacing = std::min(spacing, double(std::hypot(p[k] - p[0], p[k + 1] - p[1], p[k + 2] - p[2])));
+      for (size_t i = 0; i < d.positions.size(); i += 3) {
+        double nearest = 1e30;
+        for (size_t k = 0; k < whole.positions.size(); k += 3)
+          nearest = std::min(nearest, double(std::hypot(d.positions[i] - p[k], d.positions[i + 1] - p[k + 1],
+                                                        d.positions[i + 2] - p[k + 2])));
+        worst = std::max(worst, nearest);
+      }
+      EXPECT_LT(worst, 2.5 * spacing * (1 << level)) << g.name << ", level " << level;
+    }
+  }
+}
+
+TEST(Level, ReadsNothingOfFinerLevels) {
+  for (const Golden& g : golden()) {
+    if (g.stream[4] & kFlagBisk) continue;  // it codes all levels together
+    const Decoded d = decode_by(g, options_of(nullptr, 0, 2));
+    // without seams a prefix of all but the last bytes is as good
+    const relief_options o = options_of(nullptr, 0, 2);
+    const Decoded part = decode_exactly(g.stream.data(), g.stream.size() - 1, &o);
+    ASSERT_EQ(part.status, RELIEF_OK);
+    EXPECT_EQ(hash_of(part), hash_of(d)) << g.name;
+  }
+}
+
+TEST(Points, AreTheVerticesOfThePatches) {
+  for (const Golden& g : golden()) {
+    const Decoded whole = decode_bytes(g.stream), points = decode_by(g, options_of(nullptr, RELIEF_POINTS));
+    ASSERT_EQ(points.status, RELIEF_OK);
+    EXPECT_EQ(points.vertices(), points.info.vertex_capacity) << g.name;
+    EXPECT_EQ(points.triangles(), 0u);
+    ASSERT_LE(points.positions.size(), whole.positions.size());
+    EXPECT_TRUE(std::equal(points.positions.begin(), points.positions.end(), whole.positions.begin()))
+        << g.name;
+    size_t same = 0;  // normals differ at the borders of patches only
+    for (size_t i = 0; i < points.normals.size(); i += 3)
+      same += std::equal(&points.normals[i], &points.normals[i] + 3, &whole.normals[i]);
+    EXPECT_GT(2 * same, points.vertices()) << g.name;
+    if (whole.info.patch_count > 1) {
+      EXPECT_LT(same, points.vertices()) << g.name;
+    }
+    EXPECT_EQ(fault_of(points), "") << g.name;
+  }
+}
+
+TEST(Patches, SelectedOnesHaveTheSameVertices) {
+  for (const Golden& g : golden()) {
+    const Decoded whole = decode_bytes(g.stream);
+    const std::vector<uint32_t> begins = patch_begins(g);
+    const uint32_t n = whole.info.patch_count;
+    std::mt19937 random(5);
+    for (int round = 0; round < 20; round++) {
+      std::vector<uint8_t> wanted(n);
+      std::vector<float> expected;
+      for (uint32_t i = 0; i < n; i++) {
+        wanted[i] = uint8_t(random() % 2 * (1 + random() % 255));
+        if (wanted[i])
+          expected.insert(expected.end(), &whole.positions[3 * begins[i]],
+                          &whole.positions[0] + 3 * begins[i + 1]);
+      }
+      const Decoded d = decode_by(g, options_of(nullptr, 0, 0, wanted.data()));
+      ASSERT_EQ(d.status, RELIEF_OK) << g.name;
+      ASSERT_GE(d.positions.size(), expected.size()) << g.name;
+      EXPECT_TRUE(std::equal(expected.begin(), expected.end(), d.positions.begin())) << g.name;
+      EXPECT_EQ(fault_of(d), "") << g.name;
+    }
+    const std::vector<uint8_t> all(n, 1), none(n, 0);
+    EXPECT_EQ(hash_of(decode_by(g, options_of(nullptr, 0, 0, all.data()))), g.hash);
+    EXPECT_EQ(decode_by(g, options_of(nullptr, 0, 0, none.data())).vertices(), 0u);
+  }
+}
+
+TEST(Forms, QuantisedNarrowAndStridedHoldTheSameMesh) {
+  for (const Golden& g : golden()) {
+    const Decoded whole = decode_bytes(g.stream);
+    for (uint32_t level : {0u, 1u}) {
+      const Decoded floats = decode_by(g, options_of(nullptr, 0, level));
+      const uint32_t flags = RELIEF_QUANTISED | RELIEF_INDICES_16;
+      const Decoded small = decode_by(g, {nullptr, nullptr, level, flags, 0, 0});
+      ASSERT_EQ(small.status, RELIEF_OK);
+      EXPECT_EQ(small.indices, floats.indices);
+      ASSERT_EQ(small.positions.size(), floats.positions.size());
+      const double step = double(small.mesh.scale) / 32767, rounding = 1e-6 * whole.mesh.max[0];
+      float widest = 0;
+      for (int k = 0; k < 3; k++) {
+        widest = std::max(widest, small.mesh.max[k] - small.mesh.min[k]);
+        EXPECT_EQ(small.mesh.min[k], floats.mesh.min[k]);
+        EXPECT_EQ(small.mesh.max[k], floats.mesh.max[k]);
+      }
+      EXPECT_NEAR(small.mesh.scale, widest / 2, 1e-5 * widest);
+      for (size_t i = 0; i < floats.positions.size(); i++)
+        ASSERT_NEAR(small.positions[i], floats.positions[i], step / 2 + std::fabs(rounding)) << g.name;
+      for (size_t i = 0; i < floats.normals.size(); i++)
+        ASSERT_NEAR(small.normals[i], 127 * floats.normals[i], 0.501) << g.name;
+      const Decoded strided = decode_by(g, {nullptr, nullptr, level, 0, 28, 16});
+      EXPECT_EQ(hash_of(strided), hash_of(floats)) << g.name;
+    }
+  }
+}
+
+TEST(Forms, InterleavedArraysKeepWhatIsBetween) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  const Decoded whole = decode_bytes(s);
+  const relief_options o = {nullptr, nullptr, 0, RELIEF_QUANTISED, 20, 20};
+  relief_info info;
+  ASSERT_EQ(relief_inspect(s.data(), s.size(), &o, &info), RELIEF_OK);
+  const HeapBlock vertices(20 * size_t(info.vertex_count)), indices(12 * size_t(info.triangle_count)),
+      workspace(info.workspace_bytes);
+  std::memset(vertices.data(), 0xab, vertices.size());
+  relief_mesh mesh = {};
+  mesh.positions = vertices.data() + 4, mesh.normals = vertices.data() + 16, mesh.indices = indices.data();
+  mesh.vertex_capacity = info.vertex_count, mesh.triangle_capacity = info.triangle_count;
+  // the last vertex ends where its stride does: the arrays begin at 4 and 16
+  ASSERT_EQ(relief_decode(s.data(), s.size(), &o, &mesh, workspace.data(), workspace.size()), RELIEF_OK);
+  for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+    const uint8_t* p = vertices.data() + 20 * size_t(v);
+    for (int i : {0, 1, 2, 3, 12, 13, 14, 15}) ASSERT_EQ(p[i], 0xab) << v;
+    ASSERT_EQ(p[10] | p[11] | p[19], 0) << v;  // the fourth elements
+  }
+  EXPECT_EQ(mesh.vertex_count, whole.vertices());
+}
+
+TEST(Forms, NarrowIndicesOfTooManyVerticesAreRefused) {
+  const std::vector<uint8_t>& s = golden("torus").stream;
+  Parsed parsed;
+  ASSERT_EQ(parse_header(s.data(), s.size(), relief_default_limits, parsed), RELIEF_OK);
+  std::vector<float> positions(3 * 65536);
+  std::vector<uint32_t> indices = {0, 1, 65535};
+  std::vector<uint16_t> narrow(3);
+  MeshWriter mesh = {positions.data(), indices.data(), 65536, 1, 65536, 1};
+  relief_mesh out = {};
+  out.positions = positions.data(), out.indices = narrow.data();
+  const relief_options o = {nullptr, nullptr, 0, RELIEF_INDICES_16, 12, 12};
+  EXPECT_EQ(write_output(o, parsed.header, mesh, nullptr, out, best_leaves()), RELIEF_ERROR_OUTPUT);
+  mesh.vertex_count = 65535;
+  indices[2] = 65534;
+  EXPECT_EQ(write_output(o, parsed.header, mesh, nullptr, out, best_leaves()), RELIEF_OK);
+  EXPECT_EQ(narrow, (std::vector<uint16_t>{0, 1, 65534}));
+}
+
+TEST(Bounds, AreExact) {
+  for (const Golden& g : golden()) {
+    const Decoded d = decode_bytes(g.stream);
+    for (size_t k = 0; k < 3; k++) {
+      float low = d.positions[k], high = low;
+      for (size_t i = k; i < d.positions.size(); i += 3) {
+        low = std::min(low, d.positions[i]);
+        high = std::max(high, d.positions[i]);
+      }
+      EXPECT_EQ(d.mesh.min[k], low) << g.name;
+      EXPECT_EQ(d.mesh.max[k], high) << g.name;
+      const double reach = double(d.info.scale) * kCoordinateLimit;  // what can be known without decoding
+      EXPECT_GE(low, d.info.origin[k] - reach);
+      EXPECT_LE(high, d.info.origin[k] + reach);
+    }
+  }
+}
+
+// A mask of any kind becomes one that can be meshed, and a clean one stays as it is.
+TEST(CoarseMask, IsCleanAfterwards) {
+  std::mt19937 random(11);
+  for (int round = 0; round < 3000; round++) {
+    const uint32_t w = 1 + random() % 24, h = 1 + random() % 24, holes = 1 + random() % 30;
+    const ptrdiff_t stride = ptrdiff_t(w) + 4;
+    std::vector<uint8_t> mask(size_t(stride) * (h + 4), 0);
+    uint8_t* const at = &mask[2 * size_t(stride) + 2];
+    for (uint32_t y = 0; y < h; y++)
+      for (uint32_t x = 0; x < w; x++) at[y * stride + x] = random() % holes != 0;
+    std::vector<uint32_t> queue(w * h);
+    tidy_mask(at, w, h, stride, queue.data());
+    std::vector<uint8_t> once = mask;
+    for (uint8_t m : mask) ASSERT_LE(m, 1);
+    tidy_mask(at, w, h, stride, queue.data());
+    ASSERT_EQ(mask, once);
+    for (int y = 0; y < int(h); y++)
+      for (int x = 0; x < int(w); x++) {
+        if (!at[y * stride + x]) continue;
+        // sides that leave the pixel: directed edges of triangles with no triangle on the other side
+        int cells = 0, shared = 0;
+        auto in = [&](int px, int py) { return int(at[py * stride + px]); };
+        auto covered = [&](int cx, int cy) {
+          return in(cx, cy) + in(cx + 1, cy) + in(cx, cy + 1) + in(cx + 1, cy + 1) >= 3;
+        };
+        const bool c[4] = {covered(x, y), covered(x - 1, y), covered(x - 1, y - 1), covered(x, y - 1)};
+        const int side[4] = {in(x, y + 1), in(x - 1, y), in(x, y - 1), in(x + 1, y)};
+        for (int k = 0; k < 4; k++) cells += c[k], shared += c[k] && c[(k + 1) % 4] && side[k];
+        ASSERT_GT(cells, 0) << x << ", " << y;
+        ASSERT_LE(cells - shared, 1) << x << ", " << y;
+      }
+  }
 }
 
 TEST(Prefix, EachDecodesOrIsTooShort) {
@@ -348,6 +636,81 @@ TEST(Prefix, ConvergesToTheWhole) {
     EXPECT_LT(distance((begin + end) / 2), 0.5 * distance(begin)) << g.name;
     EXPECT_LT(distance(end - 8), 0.1 * distance(begin)) << g.name;
     EXPECT_EQ(distance(end), 0) << g.name;
+  }
+}
+
+// A few bytes at a time, and a mesh after each: what relief_decode makes of the prefix.
+TEST(Arriving, EveryMeshIsThatOfThePrefix) {
+  for (const Golden& g : golden()) {
+    Arriving stream;
+    const size_t masks_end = decode_bytes(g.stream).info.masks_end;
+    for (size_t n = 0; n <= g.stream.size(); n += 1 + n % 5) {
+      const Decoded part = stream.decode(g.stream.data(), n), alone = decode_exactly(g.stream.data(), n);
+      ASSERT_TRUE(same(part, alone)) << g.name << ", " << n;
+      ASSERT_EQ(stream.taken(), n < masks_end ? 0 : n) << g.name;
+    }
+    EXPECT_EQ(hash_of(stream.decode(g.stream.data(), g.stream.size())), g.hash) << g.name << " again";
+  }
+}
+
+TEST(Arriving, InPiecesOfAnySizeWithAnyOptions) {
+  std::mt19937 random(41);
+  for (const Golden& g : golden())
+    for (uint32_t level : {0u, 1u, 3u})
+      for (uint32_t flags : {0u, uint32_t(RELIEF_SMOOTH), uint32_t(RELIEF_POINTS),
+                             uint32_t(RELIEF_QUANTISED | RELIEF_INDICES_16)}) {
+        const relief_options o = options_of(nullptr, flags, level);
+        Arriving stream;
+        for (size_t n = decode_bytes(g.stream).info.masks_end;;) {
+          if (random() % 2) {
+            ASSERT_EQ(stream.take(g.stream.data(), n, &o), RELIEF_OK) << g.name;
+          } else {
+            ASSERT_TRUE(same(stream.decode(g.stream.data(), n, &o), decode_exactly(g.stream.data(), n, &o)))
+                << g.name << ", " << n << " bytes, level " << level << ", flags " << flags;
+          }
+          if (n == g.stream.size()) break;
+          n = std::min(g.stream.size(), n + random() % 400);
+        }
+        EXPECT_TRUE(same(stream.decode(g.stream.data(), g.stream.size(), &o),
+                         decode_exactly(g.stream.data(), g.stream.size(), &o)))
+            << g.name;
+      }
+}
+
+TEST(Arriving, RefusesWhatIsNotTheSameStream) {
+  for (const char* name : {"torus", "bisk-torus"}) {
+    const std::vector<uint8_t>& s = golden(name).stream;
+    relief_info info;
+    ASSERT_EQ(relief_inspect(s.data(), s.size(), nullptr, &info), RELIEF_OK);
+    const HeapBlock workspace(info.workspace_bytes);
+    std::memset(workspace.data(), 0xa5, workspace.size());
+    size_t taken = 0;
+    auto more = [&](const std::vector<uint8_t>& bytes, size_t size, const relief_options* o = nullptr) {
+      return relief_decode_more(bytes.data(), size, o, nullptr, workspace.data(), workspace.size(), &taken);
+    };
+    taken = 1;  // but nothing was begun
+    EXPECT_EQ(more(s, s.size()), RELIEF_ERROR_ARGUMENT);
+    taken = s.size() + 1;
+    EXPECT_EQ(more(s, s.size()), RELIEF_ERROR_ARGUMENT);
+    EXPECT_EQ(
+        relief_decode_more(s.data(), s.size(), nullptr, nullptr, workspace.data(), workspace.size(), nullptr),
+        RELIEF_ERROR_ARGUMENT);
+    taken = 0;
+    EXPECT_EQ(more(s, info.masks_end - 1), RELIEF_ERROR_TRUNCATED);
+    EXPECT_EQ(taken, 0u);
+    EXPECT_EQ(more(s, info.masks_end), RELIEF_OK);
+    EXPECT_EQ(taken, info.masks_end);
+    std::vector<uint8_t> other = s;
+    other[20] ^= 1;
+    EXPECT_EQ(more(other, s.size()), RELIEF_ERROR_ARGUMENT);
+    const relief_options coarser = options_of(nullptr, 0, 1);
+    EXPECT_EQ(more(s, s.size(), &coarser), RELIEF_ERROR_ARGUMENT);
+    EXPECT_EQ(taken, info.masks_end);
+    EXPECT_EQ(more(s, s.size()), RELIEF_OK);
+    other = s;
+    other.push_back(0);
+    EXPECT_EQ(more(other, other.size()), RELIEF_ERROR_CORRUPT);
+    EXPECT_EQ(taken, s.size());
   }
 }
 
@@ -557,9 +920,10 @@ std::vector<uint8_t> decode_bytes_with(const Leaves& leaves, const std::vector<u
     uint8_t bytes[16];
   };
   std::vector<Block> workspace((info.workspace_bytes + 15) / 16);
-  relief_mesh mesh = {
-      positions.data(), normals.data(), indices.data(), info.vertex_capacity, info.triangle_capacity, 0, 0};
-  EXPECT_EQ(decode_with(leaves, false, stream.data(), stream.size(), nullptr, &mesh, workspace.data(),
+  relief_mesh mesh = {};
+  mesh.positions = positions.data(), mesh.normals = normals.data(), mesh.indices = indices.data();
+  mesh.vertex_capacity = info.vertex_capacity, mesh.triangle_capacity = info.triangle_capacity;
+  EXPECT_EQ(decode_with(leaves, stream.data(), stream.size(), nullptr, &mesh, workspace.data(),
                         info.workspace_bytes),
             RELIEF_OK);
   std::vector<uint8_t> bytes;
@@ -633,10 +997,14 @@ TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
                       0.443f, round & 1, blocks);
       leaves.inverse_row(&mask[middle], n, &rows[5 * kMost], &rows[6 * kMost], &rows[7 * kMost]);
       leaves.normalise(&rows[0], n / 3);
+      std::vector<float> box(6);
+      leaves.bounds(&values[3], n, &box[0], &box[3]);
+      keep(box);
       leaves.place(&values[3], 0.3f, &rows[kMost], n / 3);
       keep(rows);
       std::vector<float> placed(3 * kMost);
-      leaves.place_row({{1, 2, 3}, {0.5f, -7, 11}, {0.6f, 0, -0.8f}}, -9, &values[middle], placed.data(), n);
+      leaves.place_row({{1, 2, 3}, {0.5f, -7, 11}, {0.6f, 0, -0.8f}, round % 5}, -9, &values[middle],
+                       placed.data(), n);
       keep(placed);
       leaves.heights(&values[middle], heights.data(), n);
       keep(heights);

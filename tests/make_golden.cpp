@@ -14,6 +14,8 @@ struct Shape {
   bool closed;
   size_t components;
   double error;
+  Coder coder = Coder::kSubband;
+  Allocation allocation = Allocation::kRateDistortion;
 };
 
 std::vector<Shape> golden_shapes() {
@@ -25,7 +27,10 @@ std::vector<Shape> golden_shapes() {
           {"plate", wavy_plate, true, 1, 1e-3},
           {"hemisphere", make_hemisphere(16, 48), false, 1, 3e-3},
           {"nested-spheres", make_nested_spheres(3), true, 2, 2e-3},
-          {"one-patch", make_waves(24), false, 1, 5e-4}};
+          {"one-patch", make_waves(24), false, 1, 5e-4},
+          {"bisk-torus", make_torus(48, 20), true, 1, 2e-3, Coder::kBisk},
+          {"bisk-open", make_hemisphere(16, 48), false, 1, 3e-3, Coder::kBisk},
+          {"bisk-even", make_bumpy_sphere(4), true, 1, 2e-3, Coder::kBisk, Allocation::kEven}};
 }
 
 }  // namespace
@@ -44,6 +49,8 @@ int main(int argc, char** argv) {
   for (const Shape& shape : golden_shapes()) {
     EncodeOptions options;
     options.error = shape.error;
+    options.coder = shape.coder;
+    options.allocation = shape.allocation;
     const std::vector<uint8_t> stream = encode(shape.mesh, options).stream;
     const Decoded d = decode_exactly(stream.data(), stream.size());
     const std::string fault =

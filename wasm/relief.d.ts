@@ -6,6 +6,11 @@ export interface ReliefLimits {
   maxPixels?: number;
   /** Vertices of the mesh; default 2^27. */
   maxVertices?: number;
+  /**
+   * Bytes of memory that a decode may need, by a formula that is above what it does need; default (0): 1 GiB and 64 KiB for
+   * each byte of the stream.
+   */
+  maxMemory?: number;
 }
 
 /** What a stream holds. */
@@ -15,11 +20,11 @@ export interface ReliefInfo {
   pixelCount: number;
   /** Exact for a whole stream. */
   vertexCount: number;
-  /** Exact for a whole stream. */
+  /** Exact for a whole stream at level 0. */
   triangleCount: number;
-  /** No prefix of the stream decodes to more vertices. */
+  /** No prefix of the stream decodes to more vertices, with the options given. */
   vertexCapacity: number;
-  /** No prefix of the stream decodes to more triangles. */
+  /** No prefix of the stream decodes to more triangles, with the options given. */
   triangleCapacity: number;
   workspaceBytes: number;
   origin: [number, number, number];
@@ -33,16 +38,28 @@ export interface ReliefMesh {
   positions: Float32Array;
   /** 3 a vertex, unit length; null if not asked for. */
   normals: Float32Array | null;
-  /** 3 a triangle, counter-clockwise seen from outside. */
+  /** 3 a triangle, counter-clockwise seen from outside; none of points. */
   indices: Uint32Array;
   vertexCount: number;
   triangleCount: number;
+  /** Bounds of the positions; zeros if there are none. */
+  min: [number, number, number];
+  max: [number, number, number];
 }
 
-export interface ReliefDecodeOptions {
+export interface ReliefOptions {
+  limits?: ReliefLimits;
+  /** A grid coarser by 2^level each way, 0 to 4; default 0. As good a manifold, closed where the surface is. */
+  level?: number;
+  /** Points instead of triangles: the vertices of the patches, gaps between them left open; default false. */
+  points?: boolean;
+}
+
+export interface ReliefDecodeOptions extends ReliefOptions {
   /** Also compute normals; default true. */
   normals?: boolean;
-  limits?: ReliefLimits;
+  /** For each patch (ReliefInfo.patchCount of them) whether to decode it; default all. */
+  patches?: Uint8Array | readonly boolean[];
 }
 
 export type ReliefErrorCode =
@@ -58,19 +75,39 @@ export class ReliefError extends Error {
 
 export interface ReliefDecoder {
   /** Reads the header of a stream. Throws ReliefError. */
-  inspect(stream: Uint8Array | ArrayBuffer, limits?: ReliefLimits): ReliefInfo;
-  /**
-   * Decodes a stream, or a prefix of one. The arrays belong to the caller. Throws ReliefError. Whatever the limits are, a
-   * stream that asks for more than 1 GiB and 64 KiB for each of its bytes is over the LIMIT.
-   */
+  inspect(stream: Uint8Array | ArrayBuffer, options?: ReliefOptions): ReliefInfo;
+  /** Decodes a stream, or a prefix of one, in this thread. The arrays belong to the caller. Throws ReliefError. */
   decode(stream: Uint8Array | ArrayBuffer, options?: ReliefDecodeOptions): ReliefMesh;
+  /**
+   * The same in a worker, if the decoder has any, else in this thread. The stream is copied; as many are decoded at once as
+   * there are workers, the others wait. Rejects with ReliefError; the next stream is decoded all the same.
+   */
+  decodeAsync(stream: Uint8Array | ArrayBuffer, options?: ReliefDecodeOptions): Promise<ReliefMesh>;
+  /** A decoder for a stream that arrives in pieces. It has memory of its own, which goes with it. */
+  incremental(options?: ReliefDecodeOptions): ReliefIncremental;
+  /** Ends the workers. What they had not finished is rejected. */
+  dispose(): void;
 }
 
-/**
- * Makes a decoder.
- * @param source relief.wasm or relief-simd.wasm as bytes, as a compiled module, or as an address to fetch; by default the
- * file beside this module: relief-simd.wasm where WebAssembly has vectors, else relief.wasm. Both give the same bytes.
- */
-export function createReliefDecoder(
-  source?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module,
-): Promise<ReliefDecoder>;
+export interface ReliefIncremental {
+  /**
+   * Takes the next bytes of the stream in and returns what decode() makes of all so far, or null while they do not reach to
+   * the end of the masks (ReliefInfo.masksEnd). Earlier bytes are not decoded again; the mesh is made anew.
+   * @param options mesh: false returns no mesh, to save the time for it
+   * Throws ReliefError; from then on always the same.
+   */
+  push(bytes: Uint8Array | ArrayBuffer, options?: { mesh?: boolean }): ReliefMesh | null;
+}
+
+export interface ReliefDecoderOptions {
+  /**
+   * Threads for decodeAsync, started when they are first needed; default 0. In a browser they load this module again, so it
+   * must come from the page's own origin.
+   */
+  workers?: number;
+  /** Another build of the decoder; default: one of the two in this file, with vectors where WebAssembly has them. */
+  module?: ArrayBuffer | Uint8Array | WebAssembly.Module;
+}
+
+/** Makes a decoder. Under a Content-Security-Policy it needs 'wasm-unsafe-eval', and for workers worker-src 'self'. */
+export function createReliefDecoder(options?: ReliefDecoderOptions): Promise<ReliefDecoder>;

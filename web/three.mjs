@@ -66,7 +66,7 @@ export class ReliefPatchCompression {
   async decode(bufferView, normals) {
     const stream = new Uint8Array(await this.parser.getDependency('bufferView', bufferView));
     const begin = performance.now();
-    const mesh = this.decoder.decode(stream, { normals });
+    const mesh = await this.decoder.decodeAsync(stream, { normals });
     this.stats.milliseconds += performance.now() - begin;
     this.stats.streams += 1;
     this.stats.bytes += stream.length;

@@ -50,8 +50,8 @@ constexpr uint8_t kFirstGreater[kActivities][3] = {
     {169, 175, 190}, {196, 191, 204}, {211, 210, 216}, {225, 222, 224}, {244, 244, 244}};
 constexpr uint32_t kFirstCount = 12;  // what a first guess is worth
 
-struct CoefficientModels {
-  Logistic logistic;
+// What changes from bit to bit.
+struct LearnedModels {
   // each bit has two models, mixed: one by activity, one by the nearest magnitudes
   Model zero[kActivities][3][kScales][2];  // by activity, band type, scale, mask edge
   Model zero_near[256][3];
@@ -61,6 +61,10 @@ struct CoefficientModels {
   Model sign[3][9];
   Model tail[3][kGolombModels];
   Model low_zero[2], low[2][kGolombModels];
+};
+
+struct CoefficientModels : LearnedModels {
+  Logistic logistic;
   uint8_t class_of_sum[2][kSumCap + 1];  // activity, by mask edge and the sum of an activity's terms
 
   RELIEF_COLD void init() {

@@ -52,7 +52,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   for (uint32_t* c : counts)
     if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
   // positions stay finite: |origin| + scale * limit < 2^127
-  bool ok = (h.flags & ~uint32_t(kFlagClosed)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
+  bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
             within(h.spacing, 1.0f, float(1 << 20)) && within(h.step, 1.0f / 64, float(1 << 20));
   for (float o : h.origin) ok = ok && within(o, -1e37f, 1e37f);
   ok = ok && h.patch_count > 0 && h.boundary_nodes <= h.mask_pixels && h.mask_pixels >= 3;
@@ -85,7 +85,10 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
     const uint64_t mask = mask_buffer(patch.width, patch.height);
     const uint64_t scratch = wavelet_scratch(patch.width, patch.height);
     t.pixels += pixels;
-    t.planes += pyramid_of(patch.width, patch.height).size;
+    const Pyramid pyramid = pyramid_of(patch.width, patch.height);
+    const Band& low = pyramid.low[parsed.level];
+    t.low_pixels += uint64_t(low.width) * low.height;
+    t.planes += pyramid.size;
     // margins of the bands: some elements a patch beyond a multiple of the pixels
     if (t.pixels > limits.max_pixels || t.planes > uint64_t(limits.max_pixels) * 8 + uint64_t(i + 1) * 640)
       return RELIEF_ERROR_LIMIT;
@@ -97,6 +100,16 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
   }
   if (parsed.header.mask_pixels > t.pixels) return RELIEF_ERROR_CORRUPT;
   return RELIEF_OK;
+}
+
+uint64_t memory_bound(const Parsed& parsed) {
+  const StreamHeader& h = parsed.header;
+  return (1u << 23) + 320 * uint64_t(h.patch_count) + 5 * parsed.totals.planes +
+         80 * parsed.totals.max_pixels + 116 * uint64_t(h.mask_pixels) + 1200 * uint64_t(h.boundary_nodes);
+}
+
+uint64_t memory_allowed(const relief_limits& limits, size_t size) {
+  return limits.max_memory ? limits.max_memory : (uint64_t(1) << 30) + (uint64_t(size) << 16);
 }
 
 }  // namespace relief

@@ -8,6 +8,7 @@ namespace relief {
 // What the patch table asks for, summed up.
 struct Totals {
   uint64_t pixels = 0;      // of all rectangles
+  uint64_t low_pixels = 0;  // of all rectangles, at the level that is decoded
   uint64_t planes = 0;      // elements of all pyramids
   uint64_t scratch = 0;     // floats of the largest patch's wavelet_scratch
   uint32_t max_width = 0;   // of any patch
@@ -16,6 +17,7 @@ struct Totals {
 };
 
 struct Parsed {
+  int level = 0;  // that is decoded
   StreamHeader header;
   Totals totals;
   size_t table_begin, coefficients_begin;  // offsets of the parts
@@ -32,6 +34,13 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
 // Decodes the patch table from `coder` into `patches` (null: only sums up).
 relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed,
                           PatchHeader* patches);
+
+// More than the bytes that decoding with any options takes, workspace and output, by a formula that any
+// decoder can state (bitstream.md, section 14).
+uint64_t memory_bound(const Parsed& parsed);
+
+// What limits.max_memory allows a stream of so many bytes.
+uint64_t memory_allowed(const relief_limits& limits, size_t size);
 
 // How far a mask's buffer reaches around the mask: see code_mask.
 constexpr size_t kMaskBefore = 4, kMaskAbove = 3;

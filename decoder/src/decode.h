@@ -11,19 +11,19 @@ struct OpenPatches {
   Parsed parsed;
   MeshWriter mesh;  // lattice coordinates
   Nodes nodes;
+  bool whole;           // no patch is left out
   uint32_t components;  // connected pieces of patches
   int32_t spacing;      // the largest, lattice units
   void* gap_memory;     // for close_gaps
 };
 
 // The first part of relief_decode. The encoder then closes the gaps with as many seams as it likes to try.
-relief_status decode_patches(const void* data, size_t size, const relief_limits* limits, relief_mesh* mesh,
+relief_status decode_patches(const void* data, size_t size, const relief_options* options, relief_mesh* mesh,
                              void* workspace, size_t workspace_size, OpenPatches& open);
 
-// relief_decode, or relief_decode_smoothed, with the leaves of a given level, for tests.
-relief_status decode_with(const Leaves& leaves, bool smooth, const void* data, size_t size,
-                          const relief_limits* limits, relief_mesh* mesh, void* workspace,
-                          size_t workspace_size);
+// relief_decode with the leaves of a given level, for tests.
+relief_status decode_with(const Leaves& leaves, const void* data, size_t size, const relief_options* options,
+                          relief_mesh* mesh, void* workspace, size_t workspace_size);
 
 // The stream's own seams; null if they are missing or cut.
 const uint8_t* seams_of(const Parsed& parsed, const uint8_t* data);

@@ -13,6 +13,7 @@ constexpr int32_t kCoordinateLimit = 1 << 20;  // lattice coordinates are clampe
 constexpr uint32_t kMaxSide = 1 << 15;         // pixels along a side of a patch
 constexpr int kNormalBits = 8;                 // a plane's normal: octahedral map with 2^8 - 1 steps each way
 constexpr int kFlagClosed = 1;                 // the surface has no border: every gap is closed
+constexpr int kFlagBisk = 2;                   // coefficients are coded by bisk.h, else by coefficients.h
 // Spacing of a patch's grid: 2^(-index / 4) of the stream's; step likewise 2^(index / 4).
 constexpr int kMaxSpacingIndex = 63;
 constexpr int kMaxStepIndex = 31;

@@ -8,7 +8,6 @@ namespace {
 
 constexpr uint32_t kMaxEarFace = 256;  // corners of a face that is closed by ears; larger ones get a fan
 constexpr uint32_t kBestFace = 24;     // corners up to which the best of all triangulations is found
-constexpr uint32_t kBigFace = 12;  // corners beyond which a face may be a hole when the stream does not say
 
 bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
   if (g.n.next[a] == b || g.n.prev[a] == b || g.neighbouring_pixels(a, b)) return true;

@@ -199,6 +199,13 @@ bool shorter_rim(Gaps& g, uint32_t x, uint32_t y) {
   }
 }
 
+bool is_big(const Gaps& g, uint32_t corner) {
+  uint32_t c = corner;
+  for (uint32_t i = 0; i < kBigFace; i++)
+    if ((c = g.next_corner[c]) == corner) return false;
+  return true;
+}
+
 void put_in(Gaps& g, Link& link) {
   const uint32_t s = link.slot, t = g.slots[s].twin, a = g.slots[t].to, b = g.slots[s].to;
   const uint32_t before_a = corner_before(g, a, s), before_b = corner_before(g, b, t);
@@ -207,7 +214,11 @@ void put_in(Gaps& g, Link& link) {
   const uint32_t fa = g.face_of_corner[at_a], fb = g.face_of_corner[at_b];
   const uint32_t pa = g.find(g.n.component[a]), pb = g.find(g.n.component[b]);
   const bool cuts = fa == fb;
-  if (!cuts && pa == pb && link.kind != LinkKind::kHandle) {
+  // Without seams, two big faces that a link refused before could join are the ends of a tunnel: lids over
+  // them would err by its width.
+  const bool tunnel =
+      !g.options.seams && link.kind == LinkKind::kRefused && is_big(g, at_a) && is_big(g, at_b);
+  if (!cuts && pa == pb && link.kind != LinkKind::kHandle && !tunnel) {
     link.kind = LinkKind::kRefused;
     return;
   }

@@ -6,6 +6,7 @@
 namespace relief {
 
 constexpr uint32_t kMaxDegree = 16;  // links at a node
+constexpr uint32_t kBigFace = 12;    // corners beyond which a face may be a hole when the stream does not say
 
 struct Link {
   uint32_t a, b;

@@ -34,9 +34,10 @@ struct LiftedRow {
   ptrdiff_t stride;
 };
 
-// A row of a patch in space: position = (origin + x * along) + z * normal, lattice units.
+// A row of a patch in space: position = (origin + x * along) + z * normal, lattice units; x goes by 2^level.
 struct RowFrame {
   float origin[3], along[3], normal[3];
+  int level;
 };
 
 constexpr uint32_t kBlock = 8;
@@ -88,7 +89,7 @@ struct Leaves {
   // out[i] = to_lattice(z[i])
   void (*heights)(const float* z, int32_t* out, uint32_t n);
 
-  // Lattice positions of pixels (x, y), (x + 1, y) ... of a patch, 3 floats each.
+  // Lattice positions of pixels (x, y), (x + 2^level, y) ... of a patch, 3 floats each.
   void (*place_row)(const RowFrame& frame, int32_t x, const float* z, float* positions, uint32_t n);
 
   // Pixels of each cell, or 0 if they are fewer than 3. mask: of the cell's first pixel.
@@ -107,6 +108,9 @@ struct Leaves {
 
   // Vectors of 3 floats to unit length, (.., .., 1) where the square of the length is zero.
   void (*normalise)(float* vectors, uint32_t n);
+
+  // The least and the largest of n vectors of 3 floats, component by component; n is not 0.
+  void (*bounds)(const float* vectors, uint32_t n, float low[3], float high[3]);
 
   // Lattice to model coordinates, 3 a vertex: p = origin + scale * p.
   void (*place)(const float origin[3], float scale, float* positions, uint32_t n);

@@ -11,6 +11,7 @@ struct Patch {
   const PatchHeader& header;
   uint32_t index;
   int32_t spacing;
+  int level;
   int w, h;
   const uint8_t* mask;  // pixel (0, 0)
   ptrdiff_t stride;
@@ -54,11 +55,12 @@ relief_status add_vertices(const Patch& p, float spacing, const float* z) {
     row.normal[i] = float(f.n[i]);
     o[i] = row.normal[i] * offset;
   }
+  row.level = p.level;
   MeshWriter& mesh = p.mesh;
   memset(p.s.node, 0xff, p.pixel(0, p.h) * sizeof(*p.s.node));  // kNone
   p.leaves.heights(z, p.s.height, uint32_t(p.pixel(0, p.h)));
   for (int y = 0; y < p.h; y++) {
-    const float fy = float(p.header.y0 + y);
+    const float fy = float(p.header.y0 + (y << p.level));
     for (int i = 0; i < 3; i++) row.origin[i] = o[i] + fy * b[i];
     const uint8_t* m = p.at(0, y);
     for (int x = 0; x < p.w;) {
@@ -71,7 +73,7 @@ relief_status add_vertices(const Patch& p, float spacing, const float* z) {
       const uint32_t n = uint32_t(x - begin), first = mesh.vertex_count;
       if (mesh.vertex_capacity - first < n) return RELIEF_ERROR_OUTPUT;
       const size_t i = p.pixel(begin, y);
-      p.leaves.place_row(row, p.header.x0 + begin, z + i, mesh.positions + 3 * size_t(first), n);
+      p.leaves.place_row(row, p.header.x0 + (begin << p.level), z + i, mesh.positions + 3 * size_t(first), n);
       for (uint32_t k = 0; k < n; k++) p.s.vertex[i + k] = first + k;
       mesh.vertex_count += n;
     }
@@ -245,13 +247,14 @@ relief_status add_border(const Patch& p) {
 }  // namespace
 
 relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing,
-                         const Pyramid& pyramid, const uint8_t* mask, const float* z,
+                         const Pyramid& pyramid, int level, const uint8_t* mask, const float* z,
                          const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components,
                          const Leaves& leaves) {
-  const Band& b = pyramid.low[0];
+  const Band& b = pyramid.low[level];
   const Patch p = {patch,
                    patch_index,
-                   int32_t(spacing),
+                   int32_t(spacing * float(1 << level)),
+                   level,
                    int(b.width),
                    int(b.height),
                    mask + b.at(0, 0),

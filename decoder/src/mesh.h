@@ -26,12 +26,13 @@ struct MeshScratch {
 constexpr uint64_t cell_bytes(uint64_t w, uint64_t h) { return 1 + w * (h + 2); }
 
 // Adds the vertices and triangles of a patch to `mesh` and its border to `nodes`.
+//   spacing  of the patch's grid at level 0
 //   z        elevations, row by row, lattice units, without the patch's offset z0
-//   mask     plane low[0] of the pyramid
+//   mask     planes of the pyramid, of which low[level] is meshed
 // Errors: CORRUPT if the mask is not clean (a pixel in no triangle, or one where the border touches itself),
 // OUTPUT.
 relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float spacing,
-                         const Pyramid& pyramid, const uint8_t* mask, const float* z,
+                         const Pyramid& pyramid, int level, const uint8_t* mask, const float* z,
                          const MeshScratch& scratch, MeshWriter& mesh, Nodes& nodes, uint32_t& components,
                          const Leaves& leaves);
 

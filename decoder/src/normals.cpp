@@ -1,11 +1,8 @@
 #include "normals.h"
 
-#include <string.h>
-
 namespace relief {
 
-void vertex_normals(const MeshWriter& mesh, float* normals, const Leaves& leaves) {
-  memset(normals, 0, size_t(mesh.vertex_count) * 3 * sizeof(float));
+void add_normals(const MeshWriter& mesh, float* normals) {
   const float* p = mesh.positions;
   for (uint32_t t = 0; t < mesh.triangle_count; t++) {
     const uint32_t* v = mesh.indices + 3 * size_t(t);
@@ -18,7 +15,6 @@ void vertex_normals(const MeshWriter& mesh, float* normals, const Leaves& leaves
       n[0] += nx, n[1] += ny, n[2] += nz;
     }
   }
-  leaves.normalise(normals, mesh.vertex_count);
 }
 
 }  // namespace relief

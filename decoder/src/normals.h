@@ -1,13 +1,12 @@
 // Vertex normals: the sum of the normals of the triangles around, weighted by area, so that they run on over
 // gaps.
 #pragma once
-#include "leaves.h"
 #include "mesh.h"
 
 namespace relief {
 
-// mesh.positions are lattice coordinates. normals: 3 floats a vertex; (0, 0, 1) where the triangles have no
-// area.
-void vertex_normals(const MeshWriter& mesh, float* normals, const Leaves& leaves);
+// Adds the normals of all triangles of the mesh to those of their vertices. mesh.positions are lattice
+// coordinates; normals: 3 floats a vertex, zero to begin with, Leaves::normalise when all is added.
+void add_normals(const MeshWriter& mesh, float* normals);
 
 }  // namespace relief

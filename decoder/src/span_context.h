@@ -75,15 +75,28 @@ class SpanContext {
   uint8_t near_[kMost], edge_[kMost];
 };
 
+// For decoders that do not go on later: see code_band.
+struct NoCheckpoints {
+  static constexpr uint32_t first_row = 0;
+  static bool due(size_t) { return false; }
+  template <class Coder>
+  static void save(const Coder&, uint32_t) {}
+};
+
 // Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
-template <class Coder>
+// checkpoints: the row to begin with, and who keeps the coder's state at the beginning of a row where it is
+// due.
+template <class Coder, class Checkpoints = NoCheckpoints>
 bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m,
-               int level, int type, const Leaves& leaves = best_leaves()) {
+               int level, int type, const Leaves& leaves = best_leaves(), Checkpoints checkpoints = {}) {
   const Band& b = p.high[level][type];
   const ActivityWeights& k = kActivityWeights[type];
   CoderCopy<Coder> coder(outer);
   SpanContext span;
-  for (uint32_t y = 0; y < b.height; y++) {
+  for (uint32_t y = checkpoints.first_row; y < b.height; y++) {
+    if constexpr (!Coder::kEncoding) {
+      if (checkpoints.due((*coder).left())) checkpoints.save(Coder(*coder), y);  // of a copy: see CoderCopy
+    }
     int32_t* const c = q + b.at(0, y);
     const uint8_t* const in = m + b.at(0, y);
     for (uint32_t x = 0; x < b.width;) {

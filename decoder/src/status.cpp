@@ -6,7 +6,7 @@ extern "C" const char* relief_status_text(relief_status status) {
     case RELIEF_OK:
       return "no error";
     case RELIEF_ERROR_ARGUMENT:
-      return "a pointer is null or the workspace is not aligned to 16 bytes";
+      return "a pointer is null, an option is out of range, or the workspace is not aligned to 16 bytes";
     case RELIEF_ERROR_TRUNCATED:
       return "the stream ends before its masks are complete";
     case RELIEF_ERROR_MAGIC:
@@ -25,4 +25,4 @@ extern "C" const char* relief_status_text(relief_status status) {
   return "unknown status";
 }
 
-extern "C" const relief_limits relief_default_limits = {1u << 20, 1u << 28, 1u << 27};
+extern "C" const relief_limits relief_default_limits = {1u << 20, 1u << 28, 1u << 27, 0};

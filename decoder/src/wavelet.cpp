@@ -108,7 +108,7 @@ void half_masks(const Leaves& leaves, const Band& in, const uint8_t* m, const Ha
 }  // namespace
 
 const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
-                             const Leaves& leaves) {
+                             const Leaves& leaves, int level) {
   const uint32_t w0 = p.low[0].width, h0 = p.low[0].height;
   const size_t most = half_stride((w0 + 1) / 2);
   float* const out = scratch;                 // w0 * h0
@@ -116,7 +116,7 @@ const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* 
   float* const highs = lows + most * h0;      // the high half
   float* const coarser = highs + most * h0;   // what the level before gave
   uint8_t* const masks = reinterpret_cast<uint8_t*>(coarser + size_t((w0 + 1) / 2) * ((h0 + 1) / 2));
-  for (int l = kLevels - 1; l >= 0; l--) {
+  for (int l = kLevels - 1; l >= level; l--) {
     const Band& in = p.low[l];
     const uint32_t lw = (in.width + 1) / 2, hw = in.width / 2, h = in.height;
     const uint32_t ls = uint32_t(half_stride(lw)), hs = uint32_t(half_stride(hw));
@@ -127,10 +127,15 @@ const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* 
     const bool first = l == kLevels - 1;
     inverse_columns(leaves, low, {first ? nullptr : coarser, &p.low[l + 1], &p.high[l][1], step, s_hl}, q);
     if (hw) inverse_columns(leaves, high, {nullptr, &p.high[l][0], &p.high[l][2], s_hl, s_hh}, q);
-    float* const target = l == 0 ? out : coarser;
+    float* const target = l == level ? out : coarser;
     for (uint32_t y = 0; y < h; y++)
       leaves.inverse_row(m + in.at(0, y), in.width, lows + size_t(y) * ls, highs + size_t(y) * hs,
                          target + size_t(y) * in.width);
+  }
+  if (level > 0) {  // a level's low band is sqrt(2) times the average, each way
+    const size_t n = size_t(p.low[level].width) * p.low[level].height;
+    const float share = 1.0f / float(1 << level);
+    for (size_t i = 0; i < n; i++) out[i] *= share;
   }
   return out;
 }

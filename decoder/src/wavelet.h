@@ -24,13 +24,14 @@ void lift_odd(const float* low, float* high, int begin, int end, float factor, b
 // scratch: at least 2 * (w / 2 + 1) * (h + 2) bytes.
 void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch, const Leaves& leaves = best_leaves());
 
-// Inverse transform of a patch.
+// Inverse transform of a patch, down to the elevations of a level (0: all of it).
 //   q, m      planes of quantised coefficients and masks
 //   step      quantisation step of the patch, lattice units
 //   scratch   wavelet_scratch(w, h) floats
-// Returns elevations, row by row without margin (inside scratch), undefined outside of the mask.
+// Returns elevations of low[level], row by row without margin (inside scratch), undefined outside of the
+// mask.
 const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
-                             const Leaves& leaves = best_leaves());
+                             const Leaves& leaves = best_leaves(), int level = 0);
 
 // Samples of a row of a half, with those that fill its last block.
 constexpr size_t half_stride(size_t w) { return (w + kBlock - 1) / kBlock * kBlock; }

@@ -3,6 +3,7 @@
 
 #include "common.h"
 #include "gltf/gltf.h"
+#include "relief/relief.h"
 #include "surface/import.h"
 
 namespace relief::cli {
@@ -40,7 +41,9 @@ Decoded decode_file(const Arguments& arguments) {
   decoded.vertices = mesh.positions.size();
   decoded.triangles = mesh.triangles.size();
   about(arguments.out, [&] {
-    if (is_gltf(arguments.out))
+    if (arguments.options.points)
+      write_points(arguments.out, mesh);
+    else if (is_gltf(arguments.out))
       write_mesh_gltf(arguments.out, mesh);
     else
       write_mesh(arguments.out, mesh);
@@ -49,7 +52,10 @@ Decoded decode_file(const Arguments& arguments) {
 }
 
 int run_decode(const Arguments& arguments) {
-  check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj"});
+  if (arguments.options.points)
+    check_output(arguments.out, {".ply", ".obj"});
+  else
+    check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj"});
   if (!is_gltf(arguments.in) && lower_extension(arguments.in) != ".relief")
     throw FileError(arguments.in, "is not a .glb, .gltf or .relief file");
   auto start = std::chrono::steady_clock::now();
@@ -84,7 +90,8 @@ void add_decode(CLI::App& app, Run& run) {
       "  relief decode scan.glb scan.ply       all triangles of the scene\n"
       "  relief decode scene.glb plain.glb     the scene, without compression\n"
       "  relief decode scan.relief scan.obj    a bare stream\n"
-      "  relief decode scan.glb a.ply --bytes 9000   what the first 9000 bytes of the stream hold");
+      "  relief decode scan.glb a.ply --bytes 9000   what the first 9000 bytes of the stream hold\n"
+      "  relief decode scan.glb a.ply --level 2      a sixteenth of the triangles");
   command->add_option("IN", a->in, ".glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .ply .obj")->required();
   command
@@ -93,8 +100,18 @@ void add_decode(CLI::App& app, Run& run) {
           "Use only the first N bytes of each stream: a coarser surface (see relief info for the least)")
       ->type_name("N")
       ->check(CLI::Range(uint64_t(1), UINT64_MAX));
-  command->add_flag("--smooth", a->options.smooth,
-                    "Smooth the seams between patches: for very coarse streams, where they show");
+  command
+      ->add_option("--level", a->options.level,
+                   "A grid coarser by 2^L: about 4^L times fewer triangles, and less time")
+      ->type_name("L")
+      ->check(CLI::Range(0, RELIEF_MAX_LEVEL));
+  auto* smooth =
+      command->add_flag("--smooth", a->options.smooth,
+                        "Smooth the seams between patches: for very coarse streams, where they show");
+  command
+      ->add_flag("--points", a->options.points,
+                 "Points instead of triangles (.ply .obj): the vertices of the patches, nothing between them")
+      ->excludes(smooth);
   add_common(*command, a->common);
   command->callback(
       [a, &run] { run = [a] { return with_threads(a->common, [a] { return run_decode(*a); }); }; });

@@ -14,6 +14,7 @@ struct Arguments {
   Common common;
   std::string in, out, patches;
   EncodeOptions options;
+  std::string coder = "subband", allocation = "rd";
   bool no_fit = false;
 };
 
@@ -26,6 +27,8 @@ struct Encoded {
 EncodeOptions options_for(const Arguments& arguments, double share) {
   EncodeOptions options = arguments.options;
   options.fit = !arguments.no_fit;
+  options.coder = arguments.coder == "bisk" ? Coder::kBisk : Coder::kSubband;
+  options.allocation = arguments.allocation == "even" ? Allocation::kEven : Allocation::kRateDistortion;
   if (options.bytes > 0) options.bytes = std::max<uint64_t>(1, uint64_t(double(options.bytes) * share));
   return options;
 }
@@ -193,6 +196,16 @@ void add_encode(CLI::App& app, Run& run) {
           ->check(CLI::Range(1e-6, 1e3));
   error->excludes(bytes)->excludes(bpv);
   bytes->excludes(bpv);
+  command
+      ->add_option("--coder", a->coder,
+                   "subband: the fewest bytes (default); bisk: bit planes, to be cut at any byte")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"subband", "bisk"}));
+  command
+      ->add_option("--allocation", a->allocation,
+                   "Of bisk, bits go where they lower the error most: rd (default); or evenly: even")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"rd", "even"}));
   command
       ->add_option("--aperture", a->options.aperture,
                    "Largest angle between a patch's normals and its plane's (default 80)")

@@ -49,6 +49,7 @@ Json json_of(const Stream& s) {
                {"bytes_coefficients", s.ledger.coefficients},
                {"bytes_by_level", s.ledger.by_level},
                {"bytes_by_band", Json::array()},
+               {"bytes_by_plane", s.ledger.by_plane},
                {"patches", Json::array()}};
   for (const auto& level : s.ledger.by_band) {  // as bytes_by_level: the coarsest first
     Json& bands = json["bytes_by_band"].emplace_back(Json::object());
@@ -95,6 +96,8 @@ void print_text(const Stream& s, bool patches) {
   for (size_t level = 0; level < s.ledger.by_level.size(); level++)
     print_share(format("  level %zu%s", level, level == 0 ? " (coarsest)" : "").c_str(),
                 s.ledger.by_level[level], s.bytes);
+  for (size_t plane = s.ledger.by_plane.size(), i = 0; i < s.ledger.by_plane.size(); i++)
+    print_share(format("  bit plane %zu", plane - 1 - i).c_str(), s.ledger.by_plane[i], s.bytes);
   print_share("seams", s.ledger.seams, s.bytes);
   if (patches) print_patches(s.ledger);
 }

@@ -82,7 +82,8 @@ struct Trial {
   double error = 0;   // of that, fraction of the diagonal; see measure
   Topology topology;  // of that
   std::vector<int> patch_number;
-  Sampled sampled;  // what it was made of, of trials of the search
+  size_t coefficient_bytes = 0;  // of the stream
+  Sampled sampled;               // what it was made of, of trials of the search
 };
 
 TriangleMesh in_model_units(const Surface& s, const std::vector<Vec3>& points) {
@@ -190,6 +191,8 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
   step = std::max(step, finest_step(s.patches));
   s.placement = {{}, float(m.surface.scale), float(spacing), float(step), float(kTrade), m.closed};
+  s.placement.bisk = m.options.coder == Coder::kBisk;
+  s.placement.even = m.options.allocation == Allocation::kEven;
   for (int k = 0; k < 3; k++) s.placement.origin[k] = float(m.surface.origin[k]);
   watch.lap("allocate");
   return s;
@@ -214,6 +217,7 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
       {parts.boundary_nodes, uint32_t(trial.mesh.positions.size()), uint32_t(trial.mesh.triangles.size())},
       found.seams);
   trial.patch_number = s.patch_number;
+  trial.coefficient_bytes = parts.coefficients.size();
   watch.lap("decode");
   return trial;
 }
@@ -231,13 +235,15 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
                    : std::log(t.error / o.error) + kSamplingMargin;
 }
 
-// The thorough trial of these patches with the step that just keeps within the target:
-// with the masks held, error and bytes follow the step smoothly. met: whether any trial did; then also
-// whether this one does.
+// The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
+// with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
+// one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 7, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
-  const double usual = bytes > 0 ? -0.9 : 0.6;  // slope of the excess y over x, the logarithm of the step
+  const bool bisk = s.placement.bisk;
+  // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
+  const double usual = bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6;
   Trial best;
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
@@ -248,8 +254,12 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   if (!s.mended) mend(m, s, kMendRounds, watch);
   const double finest = finest_step(s.patches);
   for (int i = 0; i < kMost; i++) {
-    s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
+    if (!bisk)
+      s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
+    else if (i > 0)
+      s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
     Trial t = code(m, s, true, watch);
+    if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
     double y = measured(t);
     if (i > 0 && y <= 0 && y > -kInside) {  // mended for another step
       mend(m, s, kMendAgainRounds, watch);
@@ -270,6 +280,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   if (m.options.unquantised) {
     s.placement.step = float(finest);
     s.placement.trade = 0;
+    s.placement.coefficient_bytes = SIZE_MAX;
     best.unquantised = code(m, s, true, watch).stream;
   }
   return best;

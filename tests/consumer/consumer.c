@@ -12,7 +12,8 @@ static int fail(const char* what, const char* text) {
 int main(int argc, char** argv) {
   static unsigned char data[1 << 16];
   relief_info info;
-  relief_mesh mesh = {NULL, NULL, NULL, 0, 0, 0, 0};
+  relief_options options = {NULL, NULL, 0, 0, 0, 0};
+  relief_mesh mesh;
   relief_status status;
   size_t size;
   char* memory;
@@ -24,11 +25,12 @@ int main(int argc, char** argv) {
   size = fread(data, 1, sizeof data, file);
   fclose(file);
 
-  status = relief_inspect(data, size, &relief_default_limits, &info);
+  options.limits = &relief_default_limits;
+  status = relief_inspect(data, size, &options, &info);
   if (status != RELIEF_OK) return fail(argv[1], relief_status_text(status));
-  mesh.positions = (float*)malloc(12 * (size_t)info.vertex_capacity);
-  mesh.normals = (float*)malloc(12 * (size_t)info.vertex_capacity);
-  mesh.indices = (uint32_t*)malloc(12 * (size_t)info.triangle_capacity);
+  mesh.positions = malloc(12 * (size_t)info.vertex_capacity);
+  mesh.normals = malloc(12 * (size_t)info.vertex_capacity);
+  mesh.indices = malloc(12 * (size_t)info.triangle_capacity);
   mesh.vertex_capacity = info.vertex_capacity;
   mesh.triangle_capacity = info.triangle_capacity;
   memory = (char*)malloc((size_t)info.workspace_bytes + 16);

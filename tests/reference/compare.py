@@ -14,9 +14,17 @@ golden = os.path.join(here, '../golden')
 SMALL = (16, 1 << 13, 1 << 13)  # limits that keep damaged streams from taking long
 
 
-def reference(data, limits, smoothed):
+# Options of decode.decode, and of the tool.
+WAYS = [({}, []), ({'smoothed': True}, ['--smooth']), ({'points': True}, ['--points']),
+        ({'wanted': '011'}, ['--patches', '011']),
+        ({'points': True, 'wanted': '10', 'level': 1}, ['--points', '--patches', '10', '--level', '1']),
+        ({'smoothed': True, 'level': 2, 'wanted': '110'}, ['--smooth', '--level', '2', '--patches', '110'])]
+WAYS += [({'level': level}, ['--level', str(level)]) for level in (1, 2, 3, 4)]
+
+
+def reference(data, limits, way):
     try:
-        return decode.hashlib.sha256(decode.decode(data, limits, smoothed)).hexdigest()
+        return decode.hashlib.sha256(decode.decode(data, limits, **WAYS[way][0])).hexdigest()
     except decode.Error as e:
         return str(e.args[0])
 
@@ -61,28 +69,27 @@ def main(tool, count, seed=1, *files):
     generator = random.Random(int(seed))
     names = list(files) or sorted(os.path.join(golden, n) for n in os.listdir(golden) if n.endswith('.relief'))
     streams = [open(n, 'rb').read() for n in names]
-    jobs = [(s, decode_limits, smoothed) for s in streams
-            for decode_limits, smoothed in (((1 << 20, 1 << 28, 1 << 27), False), ((1 << 20, 1 << 28, 1 << 27), True))]
+    jobs = [(s, decode.LIMITS, way) for s in streams for way in range(len(WAYS))]
     for _ in range(int(count)):
         s = generator.choice(streams)
-        jobs.append((damaged(s, 29, generator), SMALL, generator.random() < 0.2))
+        jobs.append((damaged(s, 29, generator), SMALL, generator.choice([0, 0, 0, 0, 0, 0, 0, *range(len(WAYS))])))
     differing = decoded = 0
     with tempfile.TemporaryDirectory() as folder:
-        for limits, smoothed in sorted({job[1:] for job in jobs}):
-            mine = [job[0] for job in jobs if job[1:] == (limits, smoothed)]
+        for limits, way in sorted({job[1:] for job in jobs}):
+            mine = [job[0] for job in jobs if job[1:] == (limits, way)]
             paths = []
             for i, data in enumerate(mine):
                 paths.append(os.path.join(folder, str(i)))
                 open(paths[-1], 'wb').write(data)
-            command = [tool, '--limits', *map(str, limits)] + ['--smooth'] * smoothed + paths
+            command = [tool, '--limits', *map(str, limits), *WAYS[way][1], *paths]
             theirs = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
             assert len(theirs) == len(mine)
             for data, result in zip(mine, theirs):
-                ours = reference(data, limits, smoothed)
+                ours = reference(data, limits, way)
                 decoded += len(ours) == 64
                 if ours != result:
                     differing += 1
-                    print('differs:', ours, result, 'smoothed' if smoothed else '', data.hex())
+                    print('differs:', ours, result, *WAYS[way][1], data.hex())
     print('%d streams, %d of them decoded, %d differ' % (len(jobs), decoded, differing))
     return 1 if differing or decoded < len(jobs) // 4 else 0
 

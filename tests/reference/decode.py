@@ -2,9 +2,10 @@
 """A decoder written from docs/RELIEF_patch_compression/bitstream.md alone: slow, and in its order. The section numbers
 are those of that document.
 
-  decode.py [--limits PATCHES PIXELS VERTICES] [--smooth] FILE...
+  decode.py [--limits PATCHES PIXELS VERTICES] [--smooth] [--points] [--level L] [--patches BITS] FILE...
 
-prints for each file a line: the SHA-256 of positions, normals and indices, or the number of the error.
+prints for each file a line: the SHA-256 of positions, normals and indices, or the number of the error. Patch i is decoded if
+the (i mod their number)-th of the bits is 1.
 """
 import hashlib
 import json
@@ -86,7 +87,7 @@ class Stream:
             counts.append(value)
         (self.patch_count, self.mask_pixels, self.boundary_nodes, self.vertex_count, self.triangle_count,
          table, coefficients, seams) = counts
-        if (self.flags & ~1 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
+        if (self.flags & ~3 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
                 or not f32(1e-30) <= self.scale <= f32(1e30) or not 1 <= self.spacing <= 1 << 20
                 or not 1 / 64 <= self.step <= 1 << 20 or self.patch_count == 0
                 or self.boundary_nodes > self.mask_pixels or self.mask_pixels < 3):
@@ -142,6 +143,9 @@ class Coder:
 
     def exhausted(self):
         return self.cut and self.missing
+
+    def left(self):
+        return len(self.data) - self.at
 
     def bit(self, p):
         bound = (self.range >> 16) * p
@@ -242,7 +246,7 @@ def power(i):
 def read_table(stream, coder, limits):
     sets = {name: fresh_set() for name in ('width', 'height', 'x0', 'y0', 'z0', 'spacing', 'step')}
     patches = []
-    pixels = planes = 0
+    pixels = planes = largest = 0
     for i in range(stream.patch_count):
         p = Patch()
         raw8 = lambda: sum(coder.raw() << k for k in range(7, -1, -1)) - 127
@@ -258,12 +262,15 @@ def read_table(stream, coder, limits):
         p.spacing = f32(stream.spacing * power(-spacing_index))
         p.step = f32(stream.step * power(step_index))
         pixels += p.width * p.height
+        largest = max(largest, p.width * p.height)
         planes += sum((w + 4) * (h + 4) for w, h in sizes(p.width, p.height).values())
         if pixels > limits[1] or planes > 8 * limits[1] + 640 * (i + 1):
             raise Error(LIMIT)
         patches.append(p)
     if stream.mask_pixels > pixels:
         raise Error(CORRUPT)
+    stream.memory = ((1 << 23) + 320 * stream.patch_count + 5 * planes + 80 * largest + 116 * stream.mask_pixels
+                     + 1200 * stream.boundary_nodes)
     return patches
 
 
@@ -477,10 +484,8 @@ def read_band(coder, models, patch, l, t):
             raise Exhausted
 
 
-def read_coefficients(coder, patches):
+def read_subband(coder, patches):
     models = CoefficientModels()
-    for p in patches:
-        p.q = {key: Plane(w, h) for key, (w, h) in sizes(p.width, p.height).items()}
     try:
         for p in patches:
             read_low(coder, models, p)
@@ -490,6 +495,156 @@ def read_coefficients(coder, patches):
                     read_band(coder, models, p, l, t)
     except Exhausted:
         pass
+
+
+class Set:
+    def __init__(self, band, x, y, width, height, depth):
+        self.band, self.x, self.y, self.width, self.height, self.depth = band, x, y, width, height, depth
+
+    def shrink(self, mask):
+        inside = [(x, y) for y in range(self.y, self.y + self.height) for x in range(self.x, self.x + self.width)
+                  if mask(x, y)]
+        if not inside:
+            return False
+        xs, ys = [x for x, _ in inside], [y for _, y in inside]
+        self.x, self.y = min(xs), min(ys)
+        self.width, self.height = max(xs) - self.x + 1, max(ys) - self.y + 1
+        return True
+
+    def halves(self):
+        if self.width >= self.height:
+            w = (self.width + 1) // 2
+            return (Set(self.band, self.x, self.y, w, self.height, self.depth + 1),
+                    Set(self.band, self.x + w, self.y, self.width - w, self.height, self.depth + 1))
+        h = (self.height + 1) // 2
+        return (Set(self.band, self.x, self.y, self.width, h, self.depth + 1),
+                Set(self.band, self.x, self.y + h, self.width, self.height - h, self.depth + 1))
+
+
+class Bisk:
+    def __init__(self, coder, patches):
+        self.coder = coder
+        self.planes, self.more, self.set, self.single, self.sign, self.refined = (
+            Lazy(lambda _: fresh()) for _ in range(6))
+        self.keys = [('low', LEVELS)] + [(t, l) for l in range(LEVELS - 1, -1, -1) for t in range(3)]
+        for p in patches:
+            p.lists = [[] for _ in range(29)]
+            p.found = []
+            for band, key in enumerate(self.keys):
+                s = Set(band, 0, 0, p.mask[key].width, p.mask[key].height, 0)
+                if s.shrink(p.mask[key]):
+                    p.lists[0].append(s)
+        try:
+            self.read(patches)
+        except Exhausted:
+            pass
+
+    def step(self, k):
+        if self.coder.left() < k:
+            raise Exhausted
+
+    def read(self, patches):
+        for p in patches:
+            self.step(10)
+            n = 1
+            for _ in range(5):
+                n = 2 * n + self.coder.adaptive(self.planes[n], 255)
+            p.plane, p.refining, p.before = min(n - 32, 26) - 1, False, 0
+        for _ in range(64):
+            for p in patches:
+                made = 0
+                while p.plane >= 0:
+                    self.step(4)
+                    if not self.coder.adaptive(self.more[min(made, 2), min(p.before, 2)], 255):
+                        break
+                    made += 1
+                    self.missing = ((1 << p.plane) - 1) * 7 >> 4
+                    if p.refining:
+                        self.refine(p)
+                        p.plane -= 1
+                    else:
+                        self.find(p)
+                    p.refining = not p.refining
+                p.before = made
+
+    def find(self, p):
+        for d in range(28, -1, -1):
+            for s in list(p.lists[d]):
+                self.step(4)
+                if self.test(p, s, 0):
+                    p.lists[d].remove(s)
+                    self.open(p, [s])
+
+    def open(self, p, stack):
+        while stack:
+            self.step(4)
+            s = stack.pop()
+            if s.width == s.height == 1:
+                q = p.q[self.keys[s.band]]
+                of_two = lambda v, w: sgn(sgn(v) + sgn(w))
+                context = (3 * of_two(q(s.x, s.y - 1), q(s.x, s.y + 1)) + of_two(q(s.x - 1, s.y), q(s.x + 1, s.y)) + 4)
+                negative = self.coder.adaptive(self.sign[self.type(s), context], 255)
+                v = (1 << p.plane) + self.missing
+                q.rows[s.y][s.x] = -v if negative else v
+                p.found.insert(0, s)
+                continue
+            a, b = s.halves()
+            a.shrink(p.mask[self.keys[s.band]])
+            b.shrink(p.mask[self.keys[s.band]])
+            first = self.test(p, a, 1)
+            second = self.test(p, b, 2) if first else 1
+            for half, has in ((b, second), (a, first)):
+                if has:
+                    stack.append(half)
+                else:
+                    p.lists[half.depth].insert(0, half)
+
+    def refine(self, p):
+        for s in p.found:
+            q = p.q[self.keys[s.band]]
+            old = q(s.x, s.y)
+            v = abs(old) >> p.plane + 1
+            if v:
+                self.step(4)
+                v = 2 * v + self.coder.adaptive(self.refined[self.around(p, s) if v == 1 else 12], 255)
+                q.rows[s.y][s.x] = sgn(old) * ((v << p.plane) + self.missing)
+
+    def type(self, s):
+        return 3 if s.band == 0 else (s.band - 1) % 3
+
+    def test(self, p, s, role):
+        if s.width == s.height == 1:
+            return self.coder.adaptive(self.single[role, self.type(s) == 2, self.around(p, s)], 255)
+        size = min(11, (s.width * s.height).bit_length() - 1)
+        return self.coder.adaptive(self.set[role, size, self.around_set(p, s)], 255)
+
+    def above(self, p, s, x, y):
+        up = p.q[self.keys[s.band - 3]] if s.band > 3 else None
+        return abs(up(min(x // 2, up.width - 1), min(y // 2, up.height - 1))) if up and up.width and up.height else 0
+
+    def around(self, p, s):
+        x, y = s.x, s.y
+        A = lambda dx, dy: abs(p.q[self.keys[s.band]](x + dx, y + dy))
+        e = (2 * (A(-1, 0) + A(1, 0) + A(0, -1) + A(0, 1)) + A(-1, -1) + A(1, -1) + A(-1, 1) + A(1, 1)
+             + self.above(p, s, x, y))
+        return min(11, activity_class(e >> p.plane))
+
+    def around_set(self, p, s):
+        A = lambda x, y: abs(p.q[self.keys[s.band]](x, y))
+        x, y = s.x + s.width // 2, s.y + s.height // 2
+        e = (A(s.x - 1, y) + A(s.x + s.width, y) + A(x, s.y - 1) + A(x, s.y + s.height) + self.above(p, s, x, y))
+        e >>= p.plane
+        return e if e < 2 else 2 if e < 4 else 3
+
+
+def read_coefficients(stream, patches):
+    for p in patches:
+        p.q = {key: Plane(w, h) for key, (w, h) in sizes(p.width, p.height).items()}
+    coder = Coder(stream.coefficients, stream.coefficients_cut)
+    if stream.flags & 2:
+        Bisk(coder, patches)
+    else:
+        read_subband(coder, patches)
 
 
 # --- 9 Heights ---
@@ -550,10 +705,10 @@ def merged(low, high, mask):
     return v
 
 
-def heights(patch):
+def heights(patch, level):
     D = patch.step
     low = [[value(q, D) for q in row] for row in patch.q['low', LEVELS].rows]
-    for l in range(LEVELS - 1, -1, -1):
+    for l in range(LEVELS - 1, level - 1, -1):
         d_high = f32(D * f32((1.35, 1.0)[l] if l < 2 else 1.0))
         d_both = f32(D * f32((1.8, 1.1)[l] if l < 2 else 1.0))
         HL = [[value(q, d_high) for q in row] for row in patch.q[0, l].rows]
@@ -567,7 +722,31 @@ def heights(patch):
                     zip(columns(even_rows, width), columns(odd_rows, width), columns(half, width))]
             halves.append(transposed(cols, mask.height))
         low = [merged(a, b, m) for a, b, m in zip(halves[0], halves[1], mask.rows)]
-    return low
+    return [[f32(z * 0.5 ** level) for z in row] for row in low]
+
+
+# --- 14 Coarser levels ---
+
+def good(mask, x, y):
+    def covered(cx, cy):
+        return mask(cx, cy) + mask(cx + 1, cy) + mask(cx, cy + 1) + mask(cx + 1, cy + 1) >= 3
+    cells = [covered(x, y), covered(x - 1, y), covered(x - 1, y - 1), covered(x, y - 1)]
+    sides = [mask(x + 1, y), mask(x, y + 1), mask(x - 1, y), mask(x, y - 1)]  # before each cell
+    fans = sum(cells[k] and not (cells[k - 1] and sides[k]) for k in range(4))
+    return any(cells) and fans < 2
+
+
+def tidy(mask):
+    for first in [(x, y) for y in range(mask.height) for x in range(mask.width)]:
+        stack = [first] if mask(*first) else []
+        while stack:
+            x, y = stack.pop()
+            if good(mask, x, y):
+                continue
+            mask.rows[y][x] = 0
+            for dx, dy in ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)):
+                if mask(x + dx, y + dy) and (x + dx, y + dy) not in stack:
+                    stack.append((x + dx, y + dy))
 
 
 # --- 10 Vertices ---
@@ -599,7 +778,7 @@ class Mesh:
         self.positions, self.triangles = [], []
 
 
-def add_vertices(patch, z, mesh):
+def add_vertices(patch, z, mesh, level):
     s = patch.spacing
     e1, e2, normal = frame(patch.u, patch.v)
     a = [f32(f32(c) * s) for c in e1]
@@ -607,12 +786,13 @@ def add_vertices(patch, z, mesh):
     n = [f32(c) for c in normal]
     o = [f32(c * f32(float(patch.z0) * s)) for c in n]
     patch.vertex, patch.h = {}, {}
-    for y in range(patch.height):
-        fy = float(patch.y0 + y)
-        for x in range(patch.width):
-            if not patch.mask['low', 0](x, y):
+    mask = patch.mask['low', level]
+    for y in range(mask.height):
+        fy = float(patch.y0 + (y << level))
+        for x in range(mask.width):
+            if not mask(x, y):
                 continue
-            fx = float(patch.x0 + x)
+            fx = float(patch.x0 + (x << level))
             patch.vertex[x, y] = len(mesh.positions)
             patch.h[x, y] = lattice(z[y][x])
             mesh.positions.append([
@@ -625,9 +805,9 @@ class Node:
     pass
 
 
-def mesh_patch(patch, mesh, nodes, most_nodes):
-    mask, vertex, h = patch.mask['low', 0], patch.vertex, patch.h
-    cells = [(x, y) for y in range(patch.height - 1) for x in range(patch.width - 1)
+def mesh_patch(patch, mesh, nodes, most_nodes, level):
+    mask, vertex, h = patch.mask['low', level], patch.vertex, patch.h
+    cells = [(x, y) for y in range(mask.height - 1) for x in range(mask.width - 1)
              if mask(x, y) + mask(x + 1, y) + mask(x, y + 1) + mask(x + 1, y + 1) >= 3]
     covered = set(cells)
     for x, y in vertex:
@@ -667,7 +847,7 @@ def mesh_patch(patch, mesh, nodes, most_nodes):
                 raise Error(CORRUPT)
             n = Node()
             n.vertex, n.patch, n.pixel, n.piece = vertex[pixel], patch, pixel, (id(patch), piece[cell])
-            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing)
+            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing * 2 ** level)
             n.normal = node_normal(pixel, covered, vertex, mesh.positions)
             n.next = n.prev = None
             n.number = at_pixel[pixel] = len(nodes)
@@ -993,7 +1173,8 @@ class Gaps:
                 if B in rim:
                     link.inside = True
                     x, y = len(self.rim((a, link))), len(self.rim((b, link)))
-                elif piece_a == piece_b and link.kind != 'handle':
+                elif piece_a == piece_b and link.kind != 'handle' and not (
+                        self.seams is None and kind == 'refused' and len(rim) > 12 and len(self.rim(B)) > 12):
                     link.kind = 'refused'
                     continue
                 else:
@@ -1214,7 +1395,7 @@ def smooth(mesh, nodes):
         mesh.positions[v] = p
 
 
-def output(stream, mesh):
+def output(stream, mesh, points):
     P = [[float(c) for c in p] for p in mesh.positions]
     normals = [[0.0, 0.0, 0.0] for _ in P]
     for t in mesh.triangles:
@@ -1233,18 +1414,21 @@ def output(stream, mesh):
             n[2] = 1.0
     placed = [f32(o + stream.scale * c) for p in P for o, c in zip(stream.origin, p)]
     flat = [c for n in normals for c in n]
-    indices = [i for t in mesh.triangles for i in t]
+    indices = [] if points else [i for t in mesh.triangles for i in t]
     return (struct.pack('<%df' % len(placed), *placed) + struct.pack('<%df' % len(flat), *flat)
             + struct.pack('<%dI' % len(indices), *indices))
 
 
-def decode(data, limits=(1 << 20, 1 << 28, 1 << 27), smoothed=False):
+LIMITS = (1 << 20, 1 << 28, 1 << 27)
+
+
+def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1'):
     stream = Stream(data, limits)
     coder = Coder(stream.table)
     patches = read_table(stream, coder, limits)
     most_vertices = stream.mask_pixels + 7 * stream.boundary_nodes
     most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes
-    if max(most_vertices, most_triangles) > 0xffffffff:
+    if max(most_vertices, most_triangles) > 0xffffffff or stream.memory > (1 << 30) + (len(data) << 16):
         raise Error(LIMIT)
     if stream.vertex_count > most_vertices or stream.triangle_count > most_triangles:
         raise Error(CORRUPT)
@@ -1254,35 +1438,54 @@ def decode(data, limits=(1 << 20, 1 << 28, 1 << 27), smoothed=False):
         make_masks(p)
     if sum(sum(map(sum, p.mask['low', 0].rows)) for p in patches) != stream.mask_pixels:
         raise Error(CORRUPT)
-    read_coefficients(Coder(stream.coefficients, stream.coefficients_cut), patches)
+    read_coefficients(stream, patches)
     mesh, nodes = Mesh(), []
-    for p in patches:
-        add_vertices(p, heights(p), mesh)
-        mesh_patch(p, mesh, nodes, stream.boundary_nodes)
-    if len(nodes) != stream.boundary_nodes:
+    chosen = [p for i, p in enumerate(patches) if wanted[i % len(wanted)] == '1']
+    whole = len(chosen) == len(patches)
+    for p in chosen:
+        z = heights(p, level)
+        if level > 0:
+            tidy(p.mask['low', level])
+        before = len(mesh.positions), len(mesh.triangles), len(nodes)
+        add_vertices(p, z, mesh, level)
+        try:
+            mesh_patch(p, mesh, nodes, stream.boundary_nodes, level)
+        except Error:
+            if level == 0:
+                raise
+            for all, count in zip((mesh.positions, mesh.triangles, nodes), before):
+                del all[count:]
+    if whole and level == 0 and len(nodes) != stream.boundary_nodes:
         raise Error(CORRUPT)
-    if nodes:
-        Gaps(nodes, int(max(p.spacing for p in patches)), bool(stream.flags & 1), stream.seams, mesh)
+    if nodes and not points:
+        Gaps(nodes, int(max(p.spacing for p in patches) * 2 ** level), whole and bool(stream.flags & 1),
+             stream.seams if whole and level == 0 else None, mesh)
     if smoothed:
         smooth(mesh, nodes)
-    return output(stream, mesh)
+    return output(stream, mesh, points)
 
 
 def main(arguments):
-    limits, smoothed = (1 << 20, 1 << 28, 1 << 27), False
+    options = {}
     while arguments and arguments[0].startswith('--'):
         option = arguments.pop(0)
         if option == '--smooth':
-            smoothed = True
+            options['smoothed'] = True
+        elif option == '--points':
+            options['points'] = True
+        elif option == '--level':
+            options['level'] = int(arguments.pop(0))
+        elif option == '--patches':
+            options['wanted'] = arguments.pop(0)
         elif option == '--limits':
-            limits = tuple(int(arguments.pop(0)) for _ in range(3))
+            options['limits'] = tuple(int(arguments.pop(0)) for _ in range(3))
         else:
             sys.exit(__doc__)
     for name in arguments:
         with open(name, 'rb') as file:
             data = file.read()
         try:
-            print(hashlib.sha256(decode(data, limits, smoothed)).hexdigest())
+            print(hashlib.sha256(decode(data, **options)).hexdigest())
         except Error as e:
             print(e.args[0])
 

@@ -1,15 +1,15 @@
 // The WebAssembly decoder through its loader: size, errors, recovery.
 import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
 import fs from 'node:fs';
-import { syncBuiltinESMExports } from 'node:module';
-import path from 'node:path';
+import zlib from 'node:zlib';
 import test from 'node:test';
 import { createReliefDecoder, ReliefError } from 'relief-gltf';
 
 import { sphereGlb, streamsOf } from './fixtures.mjs';
 
-const wasm = fs.readFileSync(new URL('../dist/relief.wasm', import.meta.url));
-const simd = fs.readFileSync(new URL('../dist/relief-simd.wasm', import.meta.url));
+const wasm = fs.readFileSync(new URL('../../wasm/dist/relief.wasm', import.meta.url));
+const simd = fs.readFileSync(new URL('../../wasm/dist/relief-simd.wasm', import.meta.url));
 const stream = streamsOf(sphereGlb())[0];
 
 // Runs `call` and returns the code of the ReliefError it throws, or 'OK'.
@@ -31,45 +31,112 @@ function assertWellFormed(mesh) {
   assert.ok(mesh.positions.every(Number.isFinite), 'a position is not finite');
 }
 
-test('the modules import nothing and keep to 40 KB, with vectors to 46.5', () => {
-  for (const [bytes, most] of [[wasm, 40_000], [simd, 46_500]]) {
+test('the modules import nothing and all keep to their budgets', () => {
+  const file = fs.readFileSync(new URL('../dist/relief.mjs', import.meta.url));
+  assert.ok(zlib.gzipSync(file, { level: 9 }).length <= 36_000);
+  for (const [bytes, most] of [[wasm, 49_500], [simd, 55_000]]) {
     assert.deepEqual(WebAssembly.Module.imports(new WebAssembly.Module(bytes)), []);
     assert.ok(bytes.length <= most, `${bytes.length} bytes`);
   }
 });
 
-test('the module with vectors is taken where there are vectors, else the other one', async () => {
-  const { validate } = WebAssembly, { readFile } = fs.promises, taken = [];
-  fs.promises.readFile = url => (taken.push(path.basename(url.pathname)), readFile(url));
-  syncBuiltinESMExports();
+test('the module with vectors is taken where there are vectors, else the other one, each whole', async () => {
+  const { validate, compile } = WebAssembly, taken = [];
+  WebAssembly.compile = bytes => (taken.push(Buffer.from(bytes)), compile(bytes));
   try {
     await createReliefDecoder();
     WebAssembly.validate = () => false;
     await createReliefDecoder();
   } finally {
-    WebAssembly.validate = validate;
-    fs.promises.readFile = readFile;
-    syncBuiltinESMExports();
+    Object.assign(WebAssembly, { validate, compile });
   }
-  assert.deepEqual(taken, ['relief-simd.wasm', 'relief.wasm']);
+  assert.ok(taken[0].equals(simd) && taken[1].equals(wasm) && taken.length === 2);
 });
 
 test('both modules give the same mesh, whole and from prefixes', async () => {
-  const [plain, vectors] = await Promise.all([createReliefDecoder(wasm), createReliefDecoder(simd)]);
+  const [plain, vectors] = await Promise.all([wasm, simd].map(module => createReliefDecoder({ module })));
   const { masksEnd } = plain.inspect(stream);
   for (const size of [masksEnd, (masksEnd + stream.length) >> 1, stream.length]) {
     assert.deepEqual(vectors.decode(stream.slice(0, size)), plain.decode(stream.slice(0, size)));
   }
 });
 
-test('the decoder can be made from bytes, from a module, from an address, and by default', async () => {
-  const module = await WebAssembly.compile(wasm);
-  const address = new URL('../dist/relief.wasm', import.meta.url);
-  for (const source of [wasm, simd, new Uint8Array(wasm).buffer, module, address, address.href, undefined]) {
-    const decoder = await createReliefDecoder(source);
+test('the decoder can be made from bytes and from a module', async () => {
+  for (const module of [wasm, simd, new Uint8Array(wasm).buffer, await WebAssembly.compile(wasm), undefined]) {
+    const decoder = await createReliefDecoder({ module });
     assert.equal(decoder.inspect(stream).version, 0);
   }
-  await assert.rejects(createReliefDecoder(new URL('./missing.wasm', address)), /missing\.wasm/);
+  await assert.rejects(createReliefDecoder({ module: stream }), WebAssembly.CompileError);
+});
+
+test('coarser levels, points, and some of the patches', async () => {
+  const decoder = await createReliefDecoder();
+  const whole = decoder.decode(stream), { patchCount } = decoder.inspect(stream);
+  let before = whole.vertexCount;
+  for (const level of [1, 2, 3, 4]) {
+    const mesh = decoder.decode(stream, { level });
+    assertWellFormed(mesh);
+    assert.ok(mesh.vertexCount > 0 && mesh.vertexCount < before / 2, `${mesh.vertexCount} of ${before}`);
+    assert.ok(mesh.vertexCount <= decoder.inspect(stream, { level }).vertexCapacity);
+    before = mesh.vertexCount;
+  }
+  const points = decoder.decode(stream, { points: true });
+  assert.equal(points.indices.length, 0);
+  assert.deepEqual(points.positions, whole.positions.slice(0, 3 * points.vertexCount));
+  const counts = Array.from({ length: patchCount }, (_, wanted) =>
+    decoder.decode(stream, { points: true, patches: Array.from({ length: patchCount }, (_, i) => i === wanted) }).vertexCount);
+  assert.equal(counts.reduce((a, b) => a + b), points.vertexCount);
+  assert.deepEqual(decoder.decode(stream, { patches: new Uint8Array(patchCount).fill(1) }), whole);
+  assert.equal(codeOf(() => decoder.decode(stream, { patches: [true] })), patchCount === 1 ? 'OK' : 'ARGUMENT');
+  for (const level of [5, -1, 0.5, 'x']) assert.equal(codeOf(() => decoder.decode(stream, { level })), 'ARGUMENT');
+  for (let axis = 0; axis < 3; axis++) {
+    const values = whole.positions.filter((_, i) => i % 3 === axis);
+    assert.equal(values.reduce((a, b) => Math.min(a, b)), whole.min[axis]);
+    assert.equal(values.reduce((a, b) => Math.max(a, b)), whole.max[axis]);
+  }
+});
+
+// The code of what a promise is rejected with, or 'OK'.
+const codeOfPromise = promise => promise.then(() => 'OK', error => (assert.ok(error instanceof ReliefError, error.stack), error.code));
+
+test('workers decode side by side what one thread decodes, bad streams among them', async () => {
+  const decoder = await createReliefDecoder({ workers: 2 });
+  try {
+    const expected = decoder.decode(stream), coarse = decoder.decode(stream, { level: 2, normals: false });
+    const kept = stream.slice();
+    for (let round = 0; round < 3; round++) {
+      const results = await Promise.allSettled([
+        decoder.decodeAsync(stream), decoder.decodeAsync(stream.subarray(0, 20)), decoder.decodeAsync(stream, { level: 2, normals: false }),
+        decoder.decodeAsync('RLF'), decoder.decodeAsync(stream, { limits: { maxVertices: 3 } }), decoder.decodeAsync(stream),
+        decoder.decodeAsync(Buffer.from(stream)),
+      ]);
+      assert.deepEqual(results.map(({ reason }) => reason?.code), [undefined, 'TRUNCATED', undefined, 'ARGUMENT', 'LIMIT', undefined, undefined]);
+      for (const i of [0, 5, 6]) assert.deepEqual(results[i].value, expected);
+      assert.deepEqual(results[2].value, coarse);
+    }
+    assert.deepEqual(stream, kept, 'the stream stays the caller\'s');
+  } finally {
+    decoder.dispose();
+  }
+  assert.equal(await codeOfPromise(decoder.decodeAsync(stream)), 'ARGUMENT');
+});
+
+test('a disposed decoder rejects what is under way; a worker that fails does not keep the others', async () => {
+  const decoder = await createReliefDecoder({ workers: 1 });
+  const pending = [1, 2, 3].map(() => codeOfPromise(decoder.decodeAsync(stream)));
+  decoder.dispose();
+  for (const code of await Promise.all(pending)) assert.ok(['ARGUMENT', 'INTERNAL'].includes(code), code);
+  const empty = await createReliefDecoder({ workers: 1, module: Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0) });
+  assert.equal(await codeOfPromise(empty.decodeAsync(stream)), 'INTERNAL');
+  assert.equal(await codeOfPromise(empty.decodeAsync(stream)), 'INTERNAL');
+  empty.dispose();
+});
+
+test('without workers decodeAsync is decode', async () => {
+  const decoder = await createReliefDecoder();
+  assert.deepEqual(await decoder.decodeAsync(stream), decoder.decode(stream));
+  assert.equal(await codeOfPromise(decoder.decodeAsync(stream.subarray(0, 9))), 'TRUNCATED');
+  decoder.dispose();
 });
 
 test('a whole stream decodes to the counts it announces', async () => {
@@ -97,14 +164,14 @@ test('errors carry a code and a sentence', async () => {
   assert.equal(codeOf(() => decoder.decode(new Uint8Array(0))), 'TRUNCATED');
   assert.equal(codeOf(() => decoder.decode(stream.subarray(0, 5))), 'TRUNCATED');
   assert.equal(codeOf(() => decoder.decode(stream, { limits: { maxVertices: 10 } })), 'LIMIT');
-  assert.equal(codeOf(() => decoder.inspect(stream, { maxPatches: 0 })), 'LIMIT');
+  assert.equal(codeOf(() => decoder.inspect(stream, { limits: { maxPatches: 0 } })), 'LIMIT');
   assert.equal(codeOf(() => decoder.decode(stream, { limits: { maxPixels: -1 } })), 'ARGUMENT');
   assert.equal(codeOf(() => decoder.decode('RLF')), 'ARGUMENT');
   assert.equal(codeOf(() => decoder.decode(stream)), 'OK');
 });
 
 for (const [name, module] of Object.entries({ wasm, simd })) test(`every prefix decodes to a coarser mesh or says why not, and the next decode is right (${name})`, async () => {
-  const decoder = await createReliefDecoder(module);
+  const decoder = await createReliefDecoder({ module });
   const { masksEnd } = decoder.inspect(stream);
   const whole = decoder.decode(stream);
   for (let size = 0; size < stream.length; size += Math.ceil(stream.length / 400)) {
@@ -115,8 +182,52 @@ for (const [name, module] of Object.entries({ wasm, simd })) test(`every prefix 
   assert.deepEqual(decoder.decode(stream), whole);
 });
 
+const goldenFile = name => fs.readFileSync(new URL(`../../tests/golden/${name}`, import.meta.url));
+const golden = goldenFile('golden.txt').toString().split('\n').filter(line => line && line[0] !== '#')
+  .map(line => line.split(' ')).map(([name, hash]) => ({ name, hash, stream: new Uint8Array(goldenFile(`${name}.relief`)) }));
+
+for (const [name, module] of Object.entries({ wasm, simd })) test(`the golden streams decode to their hashes (${name})`, async () => {
+  const decoder = await createReliefDecoder({ module });
+  assert.ok(golden.some(one => one.name.startsWith('bisk')));
+  for (const { name, hash, stream } of golden) {
+    const { positions, normals, indices } = decoder.decode(stream);
+    const sha = createHash('sha256');
+    for (const array of [positions, normals, indices]) sha.update(new Uint8Array(array.buffer));
+    assert.equal(sha.digest('hex'), hash, name);
+  }
+});
+
+for (const [name, module] of Object.entries({ wasm, simd })) test(`a stream that arrives in pieces gives the mesh of each prefix (${name})`, async () => {
+  const decoder = await createReliefDecoder({ module });
+  for (const whole of [stream, ...golden.map(one => one.stream)]) {
+    const { masksEnd } = decoder.inspect(whole);
+    for (const options of [undefined, { level: 1, normals: false }, { points: true }]) {
+      const incremental = decoder.incremental(options);
+      for (let size = 0, step = 1; size < whole.length; step = (step * 5) % 307) {
+        const end = Math.min(size + step, whole.length), wanted = step % 3 > 0;
+        const mesh = incremental.push(whole.subarray(size, end), { mesh: wanted });
+        size = end;
+        if (size < masksEnd || !wanted) assert.equal(mesh, null);
+        else assert.deepEqual(mesh, decoder.decode(whole.subarray(0, size), options), `${size} bytes`);
+      }
+      assert.deepEqual(incremental.push(new Uint8Array(0)), decoder.decode(whole, options));
+    }
+  }
+});
+
+test('an incremental decoder that failed says so again, and others go on', async () => {
+  const decoder = await createReliefDecoder();
+  const [bad, long, good] = [1, 2, 3].map(() => decoder.incremental());
+  assert.equal(codeOf(() => bad.push(Uint8Array.of(82, 0))), 'MAGIC');
+  assert.equal(codeOf(() => bad.push(stream)), 'MAGIC');
+  assert.notEqual(long.push(stream), null);
+  assert.equal(codeOf(() => long.push(Uint8Array.of(0))), 'CORRUPT');  // a byte too many
+  assert.equal(codeOf(() => decoder.incremental().push('RLF')), 'ARGUMENT');
+  assert.deepEqual(good.push(stream.buffer.slice(stream.byteOffset, stream.byteOffset + stream.length)), decoder.decode(stream));
+});
+
 for (const [name, module] of Object.entries({ wasm, simd })) test(`altered bytes never stop the module, and the next decode is right (${name})`, async () => {
-  const decoder = await createReliefDecoder(module);
+  const decoder = await createReliefDecoder({ module });
   const whole = decoder.decode(stream);
   let state = 12345;
   const random = n => (state = (Math.imul(state, 1664525) + 1013904223) >>> 0) % n;
@@ -156,31 +267,58 @@ function greedyStream(nodes, tableBytes) {
   return Uint8Array.from([...new Uint8Array(header.buffer), ...counts, ...table, ...new Array(tableBytes - table.length).fill(0)]);
 }
 
-test('a stream that asks for more memory than its size warrants is refused, whatever the limits', async () => {
+// What it is taken to need (bitstream.md, section 14).
+function needed(nodes) {
+  let planes = 0, [w, h] = [2048, 1024];
+  const add = (width, height) => { planes += (width + 4) * (height + 4); };
+  add(w, h);
+  for (let level = 0; level < 5; level++, [w, h] = [(w + 1) >> 1, (h + 1) >> 1]) {
+    add(w >> 1, (h + 1) >> 1);
+    add((w + 1) >> 1, h >> 1);
+    add(w >> 1, h >> 1);
+    add((w + 1) >> 1, (h + 1) >> 1);
+  }
+  return 2 ** 23 + 320 + 5 * planes + (80 + 116) * 2048 * 1024 + 1200 * nodes;
+}
+
+test('a stream that asks for more memory than its size warrants is refused, unless the caller allows it', async () => {
   const decoder = await createReliefDecoder();
-  const asked = bytes => {
-    const info = decoder.inspect(bytes);
-    assert.equal(info.pixelCount, 2048 * 1024);
-    return info.workspaceBytes + 24 * info.vertexCapacity + 12 * info.triangleCapacity;
-  };
   for (const tableBytes of [1000, 5000]) {
-    const overdone = nodes => {
-      const bytes = greedyStream(nodes, tableBytes);
-      return asked(bytes) > 2 ** 30 + 2 ** 16 * bytes.length;
-    };
-    let few = 0, many = 2048 * 1024;  // the last number of nodes that is warranted, and the first that is not
-    assert.ok(!overdone(few) && overdone(many));
-    while (many - few > 1) {
-      const middle = (few + many) >> 1;
-      if (overdone(middle)) many = middle;
-      else few = middle;
+    const size = greedyStream(2 ** 19, tableBytes).length;  // as many bytes as for other numbers of nodes
+    const most = Math.floor((2 ** 30 + 2 ** 16 * size - needed(0)) / 1200);
+    const below = greedyStream(most, tableBytes), above = greedyStream(most + 1, tableBytes);
+    assert.deepEqual([below.length, above.length], [size, size]);
+    for (const call of [s => decoder.decode(s), s => decoder.inspect(s), s => decoder.decode(s, { limits: { maxVertices: 2 ** 32 - 1 } })]) {
+      assert.equal(codeOf(() => call(above)), 'LIMIT');
     }
-    const below = greedyStream(few, tableBytes), above = greedyStream(many, tableBytes);
-    assert.equal(codeOf(() => decoder.decode(above)), 'LIMIT');
-    assert.equal(codeOf(() => decoder.decode(above, { limits: { maxVertices: 2 ** 32 - 1 } })), 'LIMIT');
-    assert.equal(codeOf(() => decoder.decode(below)), 'CORRUPT');  // tried, and there are no masks
+    assert.equal(codeOf(() => decoder.inspect(below)), 'OK');
+    const maxMemory = needed(most + 1);
+    assert.equal(codeOf(() => decoder.inspect(above, { limits: { maxMemory } })), 'OK');
+    assert.equal(codeOf(() => decoder.inspect(above, { limits: { maxMemory: maxMemory - 1 } })), 'LIMIT');
+    if (tableBytes === 1000) assert.equal(codeOf(() => decoder.decode(below)), 'CORRUPT');  // tried, and there are no masks
   }
   assert.equal(codeOf(() => decoder.decode(stream)), 'OK');
+});
+
+// The module with no more memory than so many pages, below 128 * 128.
+function withPages(pages) {
+  const bytes = Uint8Array.from(wasm), most = [0x80, 0x80, 0x04];  // 65536, the memory's maximum
+  const at = Buffer.from(bytes).indexOf(Uint8Array.of(...most));
+  bytes.set([pages % 128 + 128, (pages >> 7) + 128, 0], at);
+  return bytes;
+}
+
+test('a failed allocation is an error, and the next decode is right, here and in workers', async () => {
+  const small = new Uint8Array(fs.readFileSync(new URL('../../tests/golden/one-patch.relief', import.meta.url)));
+  const expected = (await createReliefDecoder()).decode(small);
+  const decoder = await createReliefDecoder({ module: withPages(20), workers: 2 });
+  for (let round = 0; round < 3; round++) {
+    assert.equal(codeOf(() => decoder.decode(stream)), 'MEMORY');
+    assert.deepEqual(decoder.decode(small), expected);
+    const got = await Promise.allSettled([stream, small, stream, small].map(bytes => decoder.decodeAsync(bytes)));
+    assert.deepEqual(got.map(({ reason, value }) => reason?.code ?? value), ['MEMORY', expected, 'MEMORY', expected]);
+  }
+  decoder.dispose();
 });
 
 test('two decoders do not disturb each other', async () => {

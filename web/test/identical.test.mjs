@@ -21,7 +21,7 @@ function nativeHash(stream, name) {
 }
 
 const decoders = Promise.all(['relief.wasm', 'relief-simd.wasm'].map(async module =>
-  [module, await createReliefDecoder(new URL(`../dist/${module}`, import.meta.url))]));
+  [module, await createReliefDecoder({ module: fs.readFileSync(new URL(`../../wasm/dist/${module}`, import.meta.url)) })]));
 
 for (const [name, file] of [['sphere', sphereFile()], ...largeModels()]) {
   test(`${name}: same SHA-256 natively and in WebAssembly`, { skip: file ? false : `no ${name} on this machine` }, async t => {

@@ -1,12 +1,20 @@
 // Compiled by package.test.mjs, never run: the public interface as an application uses it.
-import { createReliefDecoder, ReliefError, type ReliefInfo, type ReliefMesh } from 'relief-gltf';
+import { createReliefDecoder, ReliefError, type ReliefIncremental, type ReliefInfo, type ReliefMesh } from 'relief-gltf';
 import { ReliefPatchCompression } from 'relief-gltf/three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-const decoder = await createReliefDecoder(new URL('https://example.org/relief.wasm'));
-const info: ReliefInfo = decoder.inspect(new Uint8Array(8), { maxPatches: 4 });
+const decoder = await createReliefDecoder({ workers: 2 });
+const own = await createReliefDecoder({ module: new Uint8Array(8) });
+const info: ReliefInfo = decoder.inspect(new Uint8Array(8), { limits: { maxPatches: 4, maxMemory: 2 ** 30 }, level: 1 });
 const mesh: ReliefMesh = decoder.decode(new ArrayBuffer(8), { normals: false, limits: { maxVertices: 100 } });
 const normals: Float32Array | null = mesh.normals;
+const coarse: ReliefMesh = await decoder.decodeAsync(new Uint8Array(8), { level: 2, points: true, patches: [true, false] });
+const [x, y, z]: [number, number, number] = coarse.min;
+console.log(x, y, z);
+const incremental: ReliefIncremental = decoder.incremental({ level: 1 });
+const sofar: ReliefMesh | null = incremental.push(new Uint8Array(8)) ?? incremental.push(new ArrayBuffer(8), { mesh: false });
+console.log(sofar?.vertexCount);
+own.dispose();
 new GLTFLoader().register(parser => new ReliefPatchCompression(parser, decoder));
 try {
   decoder.decode(new Uint8Array(info.masksEnd));
@@ -15,3 +23,5 @@ try {
 }
 // @ts-expect-error a stream is bytes
 decoder.decode('RLF');
+// @ts-expect-error a level is a number
+decoder.decode(new Uint8Array(8), { level: '2' });

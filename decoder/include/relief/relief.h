@@ -35,7 +35,7 @@ extern "C" {
 
 typedef enum relief_status {
   RELIEF_OK = 0,
-  RELIEF_ERROR_ARGUMENT = 1,  /* a pointer is null, or the workspace is not aligned to 16 bytes */
+  RELIEF_ERROR_ARGUMENT = 1,  /* a pointer is null, an option out of range, the workspace not aligned to 16 bytes */
   RELIEF_ERROR_TRUNCATED = 2, /* the bytes end before the header, the patch table or the masks are complete */
   RELIEF_ERROR_MAGIC = 3,     /* the bytes do not begin with "RLF" */
   RELIEF_ERROR_VERSION = 4,   /* a stream version that this decoder does not know */
@@ -48,68 +48,124 @@ typedef enum relief_status {
 /* A sentence in English for a status; never null, valid for ever. */
 RELIEF_API const char* relief_status_text(relief_status status);
 
-/* Upper bounds on what a stream may ask for, checked before anything is sized by the stream.
- * A null pointer in place of the limits means relief_default_limits. */
+/* Upper bounds on what a stream may ask for, checked before anything is sized by the stream. */
 typedef struct relief_limits {
   uint32_t max_patches;  /* patches; default 1 << 20 */
   uint32_t max_pixels;   /* pixels of all patch rectangles together; default 1 << 28 */
   uint32_t max_vertices; /* vertices of the mesh; default 1 << 27 */
+  /* Memory, as relief_inspect puts it from above by a formula (bitstream.md, section 14): workspace and output
+   * together never take more bytes than that. 0, the default: 1 GiB and 64 KiB for each byte that is given. Scans
+   * take some KB for each byte of their streams; a damaged or hostile stream may ask for far more. */
+  uint64_t max_memory;
 } relief_limits;
 RELIEF_API extern const relief_limits relief_default_limits;
 
-/* What a stream holds. Counts are vertices and triangles of the mesh that the whole stream decodes to. */
+/* The coarsest level: see relief_options.level. */
+#define RELIEF_MAX_LEVEL 4
+
+/* Flags of relief_options. */
+enum {
+  /* Move every vertex on the border of a patch a third of the way to the mean of its neighbours (the boundary
+   * smoothing of the paper, 5.3). At coarse errors the seams between patches are seen less; at fine ones detail
+   * along them is lost. The error measure rises, by 9% on Dragon at E = 4; counts and indices are the same. */
+  RELIEF_SMOOTH = 1,
+  /* Points instead of triangles: the vertices of the patches as they are, gaps between patches left open, normals
+   * from the surface of each patch alone. relief_mesh.indices is not used and may be null. Not with RELIEF_SMOOTH. */
+  RELIEF_POINTS = 2,
+  /* The types of KHR_mesh_quantization in place of floats: positions are 4 int16 a vertex, three coordinates, which
+   * relief_mesh tells how to scale, and a 0; normals are 4 int8, three times 127 and a 0. */
+  RELIEF_QUANTISED = 4,
+  /* Indices are uint16. A mesh of more than 65535 vertices is an error (OUTPUT). */
+  RELIEF_INDICES_16 = 8
+};
+
+/* What to decode and how to write it. All zero means: the whole mesh, floats, 32-bit indices, tightly packed. A null
+ * pointer in place of the options means the same. */
+typedef struct relief_options {
+  const relief_limits* limits; /* null: relief_default_limits */
+  /* The patches to decode: relief_info.patch_count bytes, not 0 for those that are wanted; null: all. The vertices of
+   * a patch are the same as in the whole mesh, in the same order. If any patch is left out, gaps are closed as in a
+   * prefix: where no more than 12 border vertices are around one. All masks and coefficients are read in any case,
+   * for patches share their models. */
+  const uint8_t* patches;
+  /* The grid is coarser by 2^level each way, 0 .. RELIEF_MAX_LEVEL: about 4^level times fewer vertices, and less
+   * time. A mesh of a level above 0 is an oriented manifold like any other, and without a border if the stream says
+   * that the surface has none (as the encoder does for closed input). It may lose what is thinner than two pixels of
+   * its grid, down to nothing at all, and its components, handles and holes may differ from those of level 0. */
+  uint32_t level;
+  uint32_t flags; /* RELIEF_SMOOTH | ... */
+  /* Bytes from one vertex to the next, multiples of 4, at least a vertex' size; 0: that size (12 bytes; RELIEF_QUANTISED:
+   * 8 for positions, 4 for normals). Bytes in between are left alone, so that arrays can be interleaved. */
+  uint32_t position_stride, normal_stride;
+} relief_options;
+
+/* What a stream holds. */
 typedef struct relief_info {
   uint32_t version;
   uint32_t patch_count;
   uint32_t pixel_count;       /* pixels of all patch rectangles, inside and outside of the masks */
-  uint32_t vertex_count;      /* exact, as promised by the encoder; the decoder of a whole stream returns this */
-  uint32_t triangle_count;    /* exact, likewise */
-  uint32_t vertex_capacity;   /* no decode of this stream or of a prefix of it writes more vertices */
-  uint32_t triangle_capacity; /* ... or more triangles */
-  uint64_t workspace_bytes;   /* memory that relief_decode needs */
-  float origin[3];            /* position = origin + scale * (integer lattice coordinates) */
-  float scale;
+  uint32_t vertex_count;      /* of the whole mesh at level 0: exact, as promised by the encoder */
+  uint32_t triangle_count;    /* likewise */
+  uint32_t vertex_capacity;   /* no decode of this stream or of a prefix of it, with these options, writes more ... */
+  uint32_t triangle_capacity; /* ... vertices or triangles */
+  uint64_t workspace_bytes;   /* memory that relief_decode needs, with these options */
+  float origin[3];            /* position = origin + scale * (integer lattice coordinates). Coordinates lie within */
+  float scale;                /* +-2^20: the only bounds of the mesh that can be had without decoding */
   uint32_t masks_end;         /* bytes of header, patch table and masks: the shortest prefix that decodes */
 } relief_info;
 
-/* Reads the header of a stream (or of a prefix of it that holds at least the header).
+/* Reads the header and the patch table of a stream (or of a prefix of it that holds at least these).
  *   data, size   the bytes; need not be aligned. More bytes than the stream has are CORRUPT
- *   limits       upper bounds, or null for relief_default_limits
+ *   options      those that relief_decode will be called with, or null. Not looked at: options->patches
  *   info         receives the result; untouched unless RELIEF_OK
- * Errors: ARGUMENT, TRUNCATED, MAGIC, VERSION, CORRUPT, LIMIT. Time: proportional to the number of patches. */
-RELIEF_API relief_status relief_inspect(const void* data, size_t size, const relief_limits* limits,
+ * Errors: ARGUMENT (also: an option is out of range), TRUNCATED, MAGIC, VERSION, CORRUPT, LIMIT.
+ * Time: proportional to the number of patches. */
+RELIEF_API relief_status relief_inspect(const void* data, size_t size, const relief_options* options,
                                         relief_info* info);
 
-/* Where relief_decode writes. The caller owns all arrays. */
+/* Where relief_decode writes. The caller owns all arrays; they are aligned as their elements are, and do not overlap
+ * one another but by strides, nor the workspace or the stream. */
 typedef struct relief_mesh {
-  float* positions;           /* 3 floats a vertex, in the units of the model */
-  float* normals;             /* 3 floats a vertex, unit length, or null if not wanted */
-  uint32_t* indices;          /* 3 indices a triangle, counter-clockwise seen from outside */
+  void* positions;            /* 3 floats a vertex, in the units of the model (RELIEF_QUANTISED: 4 int16) */
+  void* normals;              /* 3 floats a vertex, unit length (RELIEF_QUANTISED: 4 int8); null if not wanted */
+  void* indices;              /* 3 uint32 a triangle (RELIEF_INDICES_16: uint16), counter-clockwise from outside */
   uint32_t vertex_capacity;   /* vertices that positions (and normals) have room for */
   uint32_t triangle_capacity; /* triangles that indices has room for */
   uint32_t vertex_count;      /* written: vertices of the mesh */
   uint32_t triangle_count;    /* written: triangles of the mesh */
+  float min[3], max[3];       /* written: bounds of the positions as floats, exact; zeros if there are no vertices */
+  float offset[3], scale;     /* written: position = offset + scale * max(int16 / 32767, -1) with RELIEF_QUANTISED */
 } relief_mesh;
 
 /* Decodes a stream to a triangle mesh with closed gaps.
  *   data, size       the stream, or any prefix of it of at least relief_info.masks_end bytes: a prefix decodes to
  *                    a coarser surface over the same masks
- *   limits           as for relief_inspect
- *   mesh             in: arrays and capacities; out: counts. Capacities of relief_info.vertex_capacity and
- *                    triangle_capacity always suffice; vertex_count and triangle_count do for a whole stream.
+ *   options          what to decode and how to write it; null: everything, as floats
+ *   mesh             in: arrays and capacities; out: counts and bounds. Capacities of relief_info.vertex_capacity and
+ *                    triangle_capacity always suffice; vertex_count and triangle_count do for a whole stream at level 0.
  *   workspace        relief_info.workspace_bytes bytes, aligned to 16; contents are scratch
- * Errors: those of relief_inspect, WORKSPACE, OUTPUT. After an error the arrays hold unspecified values.
- * The same bytes give the same mesh, bit for bit, on every machine. */
-RELIEF_API relief_status relief_decode(const void* data, size_t size, const relief_limits* limits,
+ * Errors: those of relief_inspect but for max_memory, which is the caller's concern here; WORKSPACE, OUTPUT. After an
+ * error the arrays hold unspecified values and the counts are what they were.
+ * The same bytes and options give the same mesh, bit for bit, on every machine. */
+RELIEF_API relief_status relief_decode(const void* data, size_t size, const relief_options* options,
                                        relief_mesh* mesh, void* workspace, size_t workspace_size);
 
-/* As relief_decode, and then moves every vertex on the border of a patch a third of the way to the mean of its
- * neighbours (the boundary smoothing of the paper, 5.3). At coarse errors the seams between patches are seen less; at
- * fine ones detail along them is lost. The error measure rises, by 9% on Dragon at E = 4; counts and indices are the
- * same.
- * Arguments, errors and promises are those of relief_decode. */
-RELIEF_API relief_status relief_decode_smoothed(const void* data, size_t size, const relief_limits* limits,
-                                                relief_mesh* mesh, void* workspace, size_t workspace_size);
+/* As relief_decode, for a stream that is still arriving: call it again whenever there are more bytes. What was done
+ * with the earlier ones is not done again, but for the bytes of a row of coefficients or about a thousand, and for the
+ * mesh, which is made anew at each call. The mesh is that of relief_decode with the same bytes, bit for bit.
+ *   data, size       all bytes so far, from the beginning of the stream; the earlier ones are the same as before, but may
+ *                    lie elsewhere
+ *   options          the same at every call, but for limits, patches and strides
+ *   mesh             as for relief_decode; null: take the bytes in, without a mesh. Its arrays may be others each time
+ *   workspace        as for relief_decode; it is left alone between the calls (or moved, to where it is aligned as well)
+ *   taken            in: 0, to begin a stream, or what the call before wrote; out: the bytes taken in. Untouched after
+ *                    an error of the stream (as long as there are less than relief_info.masks_end bytes: TRUNCATED);
+ *                    written before an error of the mesh (OUTPUT, CORRUPT), so that one can go on from there, too
+ * Errors: those of relief_decode. ARGUMENT also if taken is null or above size, or options or bytes up to
+ * relief_info.masks_end are not those of the call before. */
+RELIEF_API relief_status relief_decode_more(const void* data, size_t size, const relief_options* options,
+                                            relief_mesh* mesh, void* workspace, size_t workspace_size,
+                                            size_t* taken);
 
 #ifdef __cplusplus
 }

@@ -27,6 +27,13 @@ struct TriangleMesh {
 // Called from the encoding thread: a stage's name and how much of the whole work is done, 0 to 1, never falling.
 using Progress = std::function<void(const char* stage, double done)>;
 
+// How coefficients are coded: by bands, which takes the fewest bytes; or by bit planes (3.5), so that the stream may be cut
+// anywhere and each byte of a prefix counts.
+enum class Coder { kSubband, kBisk };
+
+// How bisk shares the bits of a prefix among patches (3.6): to where they lower the error most, or as many for each pixel.
+enum class Allocation { kRateDistortion, kEven };
+
 struct EncodeOptions {
   // The target. Exactly one of these is used: bytes if it is not zero, else bits_per_vertex if not zero, else error.
   double error = 1e-4;         // symmetric rms error (paper, equation 2) as a fraction of the bounding box diagonal
@@ -38,6 +45,8 @@ struct EncodeOptions {
                          // rate-distortion, patch by patch (3.6)
   size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
   bool fit = true;           // least-squares fitting of elevations (4.1)
+  Coder coder = Coder::kSubband;
+  Allocation allocation = Allocation::kRateDistortion;  // of bisk
   bool unquantised = false;  // also code the same patches with the finest step: tells the error of sampling
   Progress progress;     // may be empty
 };
@@ -58,10 +67,12 @@ EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options);
 
 struct DecodeOptions {
   uint64_t bytes = UINT64_MAX;  // of each stream, only the first so many are used: a coarser surface
-  bool smooth = false;          // smooth the seams between patches (5.3; see relief_decode_smoothed)
+  bool smooth = false;          // smooth the seams between patches (5.3; RELIEF_SMOOTH)
+  bool points = false;          // vertices only, gaps left open (RELIEF_POINTS)
+  uint32_t level = 0;           // a grid coarser by 2^level, 0 .. RELIEF_MAX_LEVEL
 };
 
-// Decodes with the library in decoder/. Throws InputError with the status' text.
+// Decodes with the library in decoder/. Throws InputError with the status' text, or if nothing is left at a level.
 TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& options = {});
 
 }  // namespace relief

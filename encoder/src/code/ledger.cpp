@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 
+#include "bisk_decoder.h"
 #include "code/range_encoder.h"
 #include "container.h"
 #include "mask.h"
@@ -26,6 +27,7 @@ class CountingDecoder {
     return bit;
   }
   bool exhausted() const { return coder_.exhausted(); }
+  size_t left() const { return coder_.left(); }
   double take() {
     const double b = bits_;
     bits_ = 0;
@@ -101,6 +103,45 @@ std::vector<uint64_t> bytes_of(const std::vector<double>& bits, uint64_t bytes) 
   return shares;
 }
 
+void add_patches(const std::vector<double>& bits, Ledger& ledger) {
+  const std::vector<uint64_t> by_patch = bytes_of(bits, ledger.coefficients);
+  for (size_t i = 0; i < by_patch.size(); i++) ledger.patches[i].coefficients = by_patch[i];
+}
+
+// Of bisk: by bit plane and by patch.
+void add_bisk(CountingDecoder& coder, const std::vector<PatchHeader>& headers,
+              const std::vector<PatchPlanes>& patches, size_t pixels, Ledger& ledger) {
+  std::vector<uint8_t> mask;
+  std::vector<uint64_t> begin;
+  for (const PatchPlanes& p : patches) {
+    begin.push_back(mask.size());
+    mask.insert(mask.end(), p.mask.begin(), p.mask.end());
+  }
+  std::vector<int32_t> q(mask.size(), 0);
+  BiskState state;
+  std::vector<BiskPatch> at(patches.size());
+  std::vector<BiskSet> sets(pixels);
+  const BiskPlanes planes = {
+      headers.data(), uint32_t(headers.size()), begin.data(), mask.data(), q.data(), &state, at.data(),
+      sets.data()};
+  start_bisk(planes);
+  std::vector<double> of_plane(kMostPlanes, 0), of_patch(patches.size(), 0);
+  size_t highest = 0;
+  for (bool more = true; more;) {
+    const uint32_t patch = state.patch;
+    const int8_t before = at[patch].plane;
+    more = advance_bisk(coder, planes);
+    const size_t plane = size_t(std::max<int8_t>({before, at[patch].plane, 0}));
+    const double bits = coder.take();
+    highest = std::max(highest, plane);
+    of_plane[kMostPlanes - 1 - plane] += bits;
+    of_patch[patch] += bits;
+  }
+  of_plane.erase(of_plane.begin(), of_plane.end() - ptrdiff_t(highest) - 1);
+  ledger.by_plane = bytes_of(of_plane, ledger.coefficients);
+  add_patches(of_patch, ledger);
+}
+
 void add_coefficients(const std::vector<LevelBits>& bits, Ledger& ledger) {
   std::vector<double> bands, patches(ledger.patches.size(), 0);
   for (const LevelBits& level : bits)
@@ -114,8 +155,7 @@ void add_coefficients(const std::vector<LevelBits>& bits, Ledger& ledger) {
     std::copy_n(by_band.begin() + ptrdiff_t(level * Ledger::kBands), Ledger::kBands, of.begin());
     ledger.by_level.push_back(std::accumulate(of.begin(), of.end(), uint64_t(0)));
   }
-  const std::vector<uint64_t> by_patch = bytes_of(patches, ledger.coefficients);
-  for (size_t i = 0; i < by_patch.size(); i++) ledger.patches[i].coefficients = by_patch[i];
+  add_patches(patches, ledger);
 }
 
 }  // namespace
@@ -160,7 +200,10 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
 
   RangeDecoder coder(stream.data() + parsed.coefficients_begin, h.coefficient_bytes, false);
   CountingDecoder counting(coder);
-  add_coefficients(coefficient_bits(counting, planes), ledger);
+  if (h.flags & kFlagBisk)
+    add_bisk(counting, patches, planes, h.mask_pixels, ledger);
+  else
+    add_coefficients(coefficient_bits(counting, planes), ledger);
   return ledger;
 }
 

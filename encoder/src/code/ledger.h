@@ -12,7 +12,8 @@ struct Ledger {
   uint64_t header = 0, side = 0, masks = 0, coefficients = 0, seams = 0;  // bytes; they add up to the stream
   std::vector<uint64_t> by_level;  // bytes of the coefficients by wavelet level, the coarsest (with LL) first
   std::vector<std::array<uint64_t, kBands>>
-      by_band;  // the same by sub-band: LL (of the coarsest level), HL, LH, HH
+      by_band;                     // the same by sub-band: LL (of the coarsest level), HL, LH, HH
+  std::vector<uint64_t> by_plane;  // of bisk instead of these two: bytes by bit plane, the highest first
   struct P {
     uint32_t width = 0, height = 0, pixels = 0;  // of the rectangle; pixels inside the mask
     double spacing = 0;                          // of the grid, in the units of the model

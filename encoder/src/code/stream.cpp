@@ -1,8 +1,10 @@
 #include "code/stream.h"
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 
+#include "code/bisk_encoder.h"
 #include "code/quantise.h"
 #include "code/range_encoder.h"
 #include "container.h"
@@ -11,6 +13,8 @@
 
 namespace relief {
 namespace {
+
+constexpr float kLeastStep = 1.0f / 64;  // of a stream
 
 void put_varint(std::vector<uint8_t>& out, uint32_t v) {
   for (; v >= 128; v >>= 7) out.push_back(uint8_t(v | 128));
@@ -104,7 +108,17 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
   parts.table_bits = 8.0 * double(coder.size());
   code_masks(coder, patches, parts);
   parts.table = coder.finish();
-  parts.coefficients = code_coefficients(patches, placement);
+  if (placement.bisk) {
+    parts.placement.step = std::max(kLeastStep, finest_bisk_step(placement.step));
+    EmbeddedCode code = code_bisk(patches, parts.placement);
+    parts.most_coefficient_bytes = code.bytes.size();
+    const size_t wanted = placement.coefficient_bytes ? placement.coefficient_bytes : code.at_trade;
+    code.bytes.resize(std::min(wanted, code.bytes.size()));
+    parts.coefficients = std::move(code.bytes);
+  } else {
+    parts.coefficients = code_coefficients(patches, placement);
+    parts.most_coefficient_bytes = parts.coefficients.size();
+  }
   return parts;
 }
 
@@ -133,7 +147,8 @@ std::vector<uint8_t> code_seams(const Seams& seams) {
 std::vector<uint8_t> assemble(const StreamParts& parts, const StreamCounts& counts, const Seams& seams) {
   const StreamPlacement& s = parts.placement;
   const std::vector<uint8_t> seam_bytes = code_seams(seams);
-  std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION, uint8_t(s.closed ? kFlagClosed : 0)};
+  std::vector<uint8_t> out = {'R', 'L', 'F', RELIEF_STREAM_VERSION,
+                              uint8_t((s.closed ? kFlagClosed : 0) | (s.bisk ? kFlagBisk : 0))};
   for (float o : s.origin) put_float(out, o);
   put_float(out, s.scale);
   put_float(out, s.spacing);

@@ -24,6 +24,10 @@ struct StreamPlacement {
   float spacing, step;  // of index 0, lattice units
   float trade;          // of RDOQ: squared steps a bit
   bool closed;          // the surface has no border
+  bool bisk = false;    // coder: bisk, else subband
+  // Of bisk only. Its finest bit plane is below `step`; the code is cut.
+  bool even = false;             // allocate evenly (3.6, equation 5), else by rate and distortion
+  size_t coefficient_bytes = 0;  // to cut it to; 0: to what a coder with `step` would think worth its bits
 };
 
 // Counts that only the decoder's result can tell; see StreamHeader.
@@ -36,7 +40,8 @@ struct StreamParts {
   StreamPlacement placement;
   uint32_t patches = 0, mask_pixels = 0, boundary_nodes = 0;
   std::vector<uint8_t> table, coefficients;
-  double table_bits = 0;  // of `table`, those before the masks
+  double table_bits = 0;              // of `table`, those before the masks
+  size_t most_coefficient_bytes = 0;  // there were before the cut
 };
 
 StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement);

@@ -79,12 +79,14 @@ class Scene {
  public:
   TriangleMesh mesh;
 
+  explicit Scene(bool points) : points_(points) {}
+
   void add(const TriangleMesh& part, const Matrix& transform) {
     constexpr size_t kMost = std::numeric_limits<int32_t>::max();
     if (part.positions.size() > kMost - mesh.positions.size() ||
         part.triangles.size() > kMost - mesh.triangles.size())
       throw InputError("has too many vertices or triangles");
-    if (part.triangles.empty()) return;
+    if (part.triangles.empty() && !points_) return;
     Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();
     bool mirrored = linear.determinant() < 0;
     // Normals turn with the cofactors, which exist for singular matrices too.
@@ -104,6 +106,7 @@ class Scene {
 
   void finish() {
     if (!has_normals_) mesh.normals.clear();
+    if (points_) mesh.triangles.clear();
   }
 
  private:
@@ -118,7 +121,7 @@ class Scene {
         throw InputError("vertex " + std::to_string(mesh.positions.size() - 1) +
                          " is not finite in world space");
   }
-  bool has_normals_ = true;
+  bool points_, has_normals_ = true;
 };
 
 void add_mesh(Scene& scene, const Document& document, const tinygltf::Model& model, size_t mesh,
@@ -136,7 +139,7 @@ TriangleMesh read_gltf_mesh(const std::string& path, const DecodeOptions& option
   Document document = load_document(path);
   document.decoding = options;
   tinygltf::Model model = geometry_model(document);
-  Scene scene;
+  Scene scene(options.points);
   struct Visit {
     int node;
     Matrix parent;
@@ -163,7 +166,7 @@ TriangleMesh read_gltf_mesh(const std::string& path, const DecodeOptions& option
   }
   scene.finish();
   if (scene.mesh.positions.empty()) throw InputError("has no vertices");
-  if (scene.mesh.triangles.empty()) throw InputError("has no faces");
+  if (scene.mesh.triangles.empty() && !options.points) throw InputError("has no faces");
   return std::move(scene.mesh);
 }
 

@@ -9,7 +9,8 @@ namespace relief {
 
 namespace {
 
-constexpr relief_limits kNoLimits = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+constexpr relief_limits kNoLimits = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT64_MAX};
+constexpr relief_options kAnything = {&kNoLimits, nullptr, 0, 0, 0, 0};
 
 void check(relief_status status) {
   if (status != RELIEF_OK)
@@ -21,7 +22,7 @@ void check(relief_status status) {
 
 PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
   relief_info info;
-  check(relief_inspect(stream.data(), stream.size(), &kNoLimits, &info));
+  check(relief_inspect(stream.data(), stream.size(), &kAnything, &info));
   mesh_.positions.resize(info.vertex_capacity);
   mesh_.triangles.resize(info.triangle_capacity);
   workspace_.resize(info.workspace_bytes / sizeof(Block) + 1);
@@ -30,7 +31,7 @@ PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
   out.indices = mesh_.triangles[0].data();
   out.vertex_capacity = info.vertex_capacity;
   out.triangle_capacity = info.triangle_capacity;
-  check(decode_patches(stream.data(), stream.size(), &kNoLimits, &out, workspace_.data(),
+  check(decode_patches(stream.data(), stream.size(), &kAnything, &out, workspace_.data(),
                        workspace_.size() * sizeof(Block), open_));
   const size_t nodes = open_.nodes.count;
   first_triangle_.resize(gap_triangles(nodes));

@@ -17,4 +17,7 @@ TriangleMesh read_mesh(const std::string& path, const DecodeOptions& options = {
 // then renamed.
 void write_mesh(const std::string& path, const TriangleMesh& mesh);
 
+// Likewise the vertices of a mesh without triangles: .ply, .obj.
+void write_points(const std::string& path, const TriangleMesh& mesh);
+
 }  // namespace relief

@@ -31,9 +31,12 @@ std::string ply_bytes(const TriangleMesh& mesh) {
   append_number(out, mesh.positions.size());
   out += "\nproperty float x\nproperty float y\nproperty float z\n";
   if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
-  out += "element face ";
-  append_number(out, mesh.triangles.size());
-  out += "\nproperty list uchar uint vertex_indices\nend_header\n";
+  if (!mesh.triangles.empty()) {
+    out += "element face ";
+    append_number(out, mesh.triangles.size());
+    out += "\nproperty list uchar uint vertex_indices\n";
+  }
+  out += "end_header\n";
   out.reserve(out.size() + mesh.positions.size() * (normals ? 24 : 12) + mesh.triangles.size() * 13);
   for (size_t i = 0; i < mesh.positions.size(); i++) {
     append_bytes(out, mesh.positions[i].data(), 12);
@@ -141,13 +144,26 @@ void write_atomically(const std::string& path, const std::string& bytes) {
   throw InputError("cannot be written: " + reason);
 }
 
-}  // namespace
-
-void write_mesh(const std::string& path, const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) throw InputError("there are no triangles to write");
+std::string extension_of(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+void write_points(const std::string& path, const TriangleMesh& mesh) {
+  if (!mesh.triangles.empty()) throw InputError("these are not points");
+  std::string extension = extension_of(path);
+  if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
+  if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
+  throw InputError("unknown format '" + extension + "' to write points (known: .ply .obj)");
+}
+
+void write_mesh(const std::string& path, const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw InputError("there are no triangles to write");
+  std::string extension = extension_of(path);
   if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
   if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
   if (extension == ".glb") return write_atomically(path, glb_bytes(mesh));

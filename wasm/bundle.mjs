@@ -1,0 +1,80 @@
+// node bundle.mjs SOURCE.mjs PLAIN.wasm SIMD.wasm OUT.mjs: writes the ES module with both WebAssembly modules inside, the one
+// with vectors as what differs from the other. Fails unless both import nothing and all keep to their budgets.
+//
+// A byte is a character of a string: in UTF-8, as modules are, that and gzip give about what base64 of a compressed module
+// would (in brotli less), and the browser needs nothing to unpack it.
+import fs from 'node:fs';
+import zlib from 'node:zlib';
+
+// Bytes; of the ES module as gzip -9 makes it.
+const BUDGET = { plain: 49_500, simd: 55_000, gzip: 36_000 };
+const ROTATED = 14;  // as in relief.mjs
+const [sourceFile, plainFile, simdFile, outFile] = process.argv.slice(2);
+
+const varint = value => (value < 128 ? [value] : [(value % 128) + 128, ...varint(Math.floor(value / 128))]);
+
+// Bytes of `fresh`, in turns literally and copied from `old`: the number of literal bytes and they themselves; then how far
+// the copy begins from where it would if they stood for as many of the old ones (zigzag), and its length. Literal bytes come
+// last.
+function deltaOf(old, fresh) {
+  const KEY = 6, NEAR = 4;
+  const key = (bytes, at) => bytes.toString('latin1', at, at + KEY);
+  const places = new Map();
+  for (let at = 0; at + KEY <= old.length; at++) places.set(key(old, at), [...(places.get(key(old, at)) ?? []), at]);
+  const common = (from, at) => {
+    let length = 0;
+    while (at + length < fresh.length && old[from + length] === fresh[at + length]) length++;
+    return length;
+  };
+  const delta = [];
+  let at = 0, begin = 0, end = 0;  // literal bytes since `begin`; the copy before ended at `end`
+  while (at < fresh.length) {
+    const straight = end + at - begin;
+    let from = straight, length = common(straight, at), worth = length < 3 ? 0 : length + NEAR;
+    for (const place of places.get(key(fresh, at)) ?? []) {
+      const here = common(place, at);
+      if (here > worth) from = place, length = here, worth = here;
+    }
+    if (worth === 0) {
+      at++;
+      continue;
+    }
+    const shift = from - straight;
+    delta.push(...varint(at - begin), ...fresh.subarray(begin, at), ...varint(shift < 0 ? -2 * shift - 1 : 2 * shift), ...varint(length));
+    at += length;
+    begin = at, end = from + length;
+  }
+  delta.push(...varint(at - begin), ...fresh.subarray(begin, at));
+  return Buffer.from(delta);
+}
+
+// A string literal of one character a byte.
+function literal(bytes) {
+  const escapes = { 0: '\\x00', 10: '\\n', 13: '\\r', 39: "\\'", 92: '\\\\' };
+  const characterOf = code => escapes[code] ?? String.fromCharCode(code);
+  return `'${Array.from(bytes, byte => characterOf((byte + ROTATED) % 256)).join('')}'`;
+}
+
+const plain = fs.readFileSync(plainFile), simd = fs.readFileSync(simdFile);
+const parts = { PLAIN: plain, DELTA: deltaOf(plain, simd) };
+const source = fs.readFileSync(sourceFile, 'utf8').replace(/^ *\/\/ (?!Relief).*\n|  \/\/ .*$|^ +/gm, '');  // no comments, no indentation
+const code = source.replace(/(PLAIN|DELTA) = ''/g, (_, name) => `${name} = ${literal(parts[name])}`);
+fs.writeFileSync(outFile, code);
+
+const gzip = zlib.gzipSync(code, { level: 9 }).length;
+console.log(`relief.mjs: ${Buffer.byteLength(code)} bytes, ${gzip} gzipped, ${zlib.brotliCompressSync(code).length} brotli; ` +
+  `in it ${plain.length} bytes without vectors, ${simd.length} with`);
+const sizes = { plain: plain.length, simd: simd.length, gzip };
+for (const [name, budget] of Object.entries(BUDGET)) {
+  if (sizes[name] > budget) fail(`${name}: ${sizes[name]} bytes; the budget is ${budget}`);
+}
+for (const bytes of [plain, simd]) {
+  const imports = WebAssembly.Module.imports(new WebAssembly.Module(bytes));
+  for (const { module, name } of imports) fail(`it imports ${module}.${name}; it must import nothing`);
+}
+
+function fail(text) {
+  console.error(`relief.mjs: ${text}`);
+  fs.rmSync(outFile, { force: true });
+  process.exitCode = 1;
+}
