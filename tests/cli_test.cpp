@@ -185,6 +185,38 @@ TEST_F(CommandLine, CodesBitPlanes) {
   EXPECT_NE(run("info t.relief").out.find("bit plane 0"), std::string::npos);
 }
 
+// --density: the spacing of every patch's grid is so many times the mean spacing of the input's vertices.
+TEST_F(CommandLine, DensityIsTheSpacingOfTheGrids) {
+  const double area = 4 * shapes::kPi * shapes::kPi * 0.4, mean = std::sqrt(area / (48 * 24));
+  for (const double density : {0.5, 0.8}) {
+    ASSERT_EQ(run("encode torus.ply t.relief --error 1e-2 --quiet --density " + std::to_string(density)).code, 0);
+    const TestJson stream = run("info t.relief --json").json()["streams"][0];
+    ASSERT_GT(stream["patches"].size(), 2u);
+    for (const TestJson& patch : stream["patches"])
+      EXPECT_NEAR(patch["spacing"].get<double>() / mean, density, 0.03 * density);
+  }
+}
+
+TEST_F(CommandLine, PartitionAsAsked) {
+  const auto patches = [&](const std::string& options) {
+    Result encoded = run("encode torus.ply t.relief --error 2e-3 --json " + options);
+    EXPECT_EQ(encoded.code, 0) << options << encoded.err;
+    EXPECT_LE(run("compare torus.ply t.relief --samples 100000 --json").json()["e_rms"].get<double>(), 20.6) << options;
+    return encoded.json()["primitives"][0]["patches"].get<int>();
+  };
+  const int usual = patches("");
+  EXPECT_EQ(patches("--partition gla --plane average --aperture 80"), usual);
+  EXPECT_GT(patches("--aperture 30"), usual);
+  EXPECT_LE(patches("--aperture 89"), usual);
+  const TestBytes gla = read_bytes(folder / "t.relief");
+  patches("--aperture 89 --partition split-merge");
+  const TestBytes split_merge = read_bytes(folder / "t.relief");
+  EXPECT_NE(split_merge, gla);
+  patches("--aperture 89 --partition split-merge --plane cone");
+  EXPECT_NE(read_bytes(folder / "t.relief"), split_merge);
+  patches("--no-fit");
+}
+
 TEST_F(CommandLine, SaysWhenTheTargetCannotBeMet) {
   Result encoded = run("encode torus.ply t.relief --bytes 20");
   EXPECT_EQ(encoded.code, 3);
@@ -252,7 +284,8 @@ TEST_F(CommandLine, WrongCommandLines) {
         "encode torus.ply t.glb --error x", "encode torus.ply t.glb --bytes 100 --bpv 1",
         "encode torus.ply t.glb --error 1e-4 --bytes 100", "encode torus.ply t.glb --threads 0",
         "encode torus.ply t.glb --coder zip", "encode torus.ply t.glb --allocation odd",
-        "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
+        "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --partition kmeans",
+        "encode torus.ply t.glb --plane best", "encode torus.ply t.glb --density 0", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
         "compare torus.ply", "info", "compare torus.ply torus.ply --heatmap h.png"}) {
     Result result = run(arguments);
     EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
