@@ -57,12 +57,13 @@ function encode(model, folder, ...options) {
   };
 }
 
-// Approximation with and without fitting: the finest step, so that sampling alone errs.
+// Approximation with and without fitting: the finest step, so that sampling alone errs. And pixels per vertex that it took.
 function table1(model) {
   return DENSITIES.map(density => {
-    const e = (...options) => json(path.join(build, 'bench/ledger'), model, '--error', '5e-3', '--density', String(1 / density), ...options)
-      .error_unquantised.e_rms;
-    return { density, fitted: e(), sampled: e('--no-fit') };
+    const ledger = (...options) => json(path.join(build, 'bench/ledger'), model, '--error', '5e-3', '--density', String(1 / density), ...options);
+    const { error_unquantised, patches, vertices } = ledger();
+    const pixels = patches.reduce((sum, patch) => sum + patch.pixels, 0);
+    return { density, fitted: error_unquantised.e_rms, sampled: ledger('--no-fit').error_unquantised.e_rms, pixels: pixels / vertices };
   });
 }
 
@@ -109,7 +110,8 @@ const rowsOf = (results, number, row) => Object.entries(results).flatMap(([name,
 
 const SHOW = {
   1: results => table(['', ...DENSITIES.map(d => `1/μ = ${d}`)], [
-    ...rowsOf(results, 1, (name, values) => [[`${name}, ours`, ...values.map(v => `${fixed(v.fitted, 3)} (${fixed(v.sampled, 3)})`)]]),
+    ...rowsOf(results, 1, (name, values) => [[`${name}, ours`, ...values.map(v => `${fixed(v.fitted, 3)} (${fixed(v.sampled, 3)})`)],
+      ['pixels a vertex', ...values.map(v => fixed(v.pixels))], ['pixels a vertex if as asked', ...values.map(v => fixed(v.density ** 2))]]),
     ...Object.entries(PAPER).flatMap(([name, { table1: e }]) =>
       (e ? [[`${name}, paper`, ...e.map(([fitted, sampled]) => `${fixed(fitted)} (${fixed(sampled)})`)]] : [])),
   ]),

@@ -185,16 +185,21 @@ TEST_F(CommandLine, CodesBitPlanes) {
   EXPECT_NE(run("info t.relief").out.find("bit plane 0"), std::string::npos);
 }
 
-// --density: the spacing of every patch's grid is so many times the mean spacing of the input's vertices.
-TEST_F(CommandLine, DensityIsTheSpacingOfTheGrids) {
-  const double area = 4 * shapes::kPi * shapes::kPi * 0.4, mean = std::sqrt(area / (48 * 24));
-  for (const double density : {0.5, 0.8}) {
-    ASSERT_EQ(run("encode torus.ply t.relief --error 1e-2 --quiet --density " + std::to_string(density)).code, 0);
-    const TestJson stream = run("info t.relief --json").json()["streams"][0];
-    ASSERT_GT(stream["patches"].size(), 2u);
-    for (const TestJson& patch : stream["patches"])
-      EXPECT_NEAR(patch["spacing"].get<double>() / mean, density, 0.03 * density);
+// --density: with 1 a patch has about as many pixels as vertices (3.4). Spacings are quarter powers of two apart, so that
+// pixels are at most 19% more or fewer, and there is a rim around every patch. Twice the density is half the spacing.
+TEST_F(CommandLine, DensityIsThatOfTheVertices) {
+  write_text(folder / "sphere.ply", ply_of(make_sphere(5)));
+  std::vector<double> spacing;
+  for (const double density : {0.7, 1.4}) {
+    const std::string mu = std::to_string(density);
+    ASSERT_EQ(run("encode sphere.ply s.relief --error 5e-3 --quiet --density " + mu).code, 0);
+    const TestJson stream = run("info s.relief --json").json()["streams"][0];
+    const double share = stream["pixel_count"].get<double>() * density * density / 10242;
+    EXPECT_GT(share, 0.8) << mu;
+    EXPECT_LT(share, 1.4) << mu;
+    spacing.push_back(stream["patches"][0]["spacing"].get<double>());
   }
+  EXPECT_NEAR(spacing[1] / spacing[0], 2, 1e-6);
 }
 
 TEST_F(CommandLine, PartitionAsAsked) {

@@ -148,7 +148,6 @@ TEST(RoundTrip, EveryPartitionKeepsTargetAndTopology) {
     double aperture;
   };
   for (const Way& way : {Way{"split-merge", Clustering::kSplitMerge, Plane::kAverage, 80},
-                         Way{"split-merge, cones", Clustering::kSplitMerge, Plane::kCone, 80},
                          Way{"cones", Clustering::kLloyd, Plane::kCone, 80},
                          Way{"relaxed aperture", Clustering::kLloyd, Plane::kAverage, 89}}) {
     EncodeOptions options;

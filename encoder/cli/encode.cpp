@@ -225,7 +225,7 @@ void add_encode(CLI::App& app, Run& run) {
       ->check(CLI::Range(1.0, 89.0));
   command
       ->add_option("--density", a->options.density,
-                   "Grid spacing over the mean vertex spacing (default: chosen patch by patch)")
+                   "Grid spacing over that of the patch's vertices (default: by rate-distortion)")
       ->type_name("MU")
       ->check(CLI::Range(0.05, 100.0));
   command

@@ -49,8 +49,8 @@ struct EncodeOptions {
   double aperture = 80;  // degrees; largest angle between a normal of a patch and its plane's normal (3.2)
   Clustering clustering = Clustering::kLloyd;
   Plane plane = Plane::kAverage;
-  double density = 0;    // mu of 3.4: grid spacing over the mean spacing of the input's vertices; 0: by
-                         // rate-distortion, patch by patch (3.6)
+  double density = 0;    // mu of 3.4: with 1 a patch has as many pixels as vertices, with 2 a quarter, to the nearest
+                         // quarter power of two in spacing; 0: by rate-distortion, patch by patch (3.6)
   size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
   bool fit = true;           // least-squares fitting of elevations (4.1)
   Coder coder = Coder::kSubband;
