@@ -24,6 +24,8 @@ std::string name_of(const Case& c) {
   return name;
 }
 
+void PrintTo(const Case& c, std::ostream* out) { *out << name_of(c); }
+
 ClosedShape shape(const std::string& name) {
   for (const ClosedShape& s : closed_shapes())
     if (s.name == name) return s;

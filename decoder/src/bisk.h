@@ -1,5 +1,5 @@
 // The `bisk` coefficient coder (3.5): embedded bit planes by binary set splitting with k-d trees (Fowler,
-// "Shape- Adaptive Coding Using Binary Set Splitting with K-D Trees", ICIP 2004). Shared with the encoder.
+// "Shape-Adaptive Coding Using Binary Set Splitting with K-D Trees", ICIP 2004). Shared with the encoder.
 //
 // A patch is coded plane by plane, from the highest bit of its largest magnitude down, each plane in two
 // passes. The significance pass tests sets of coefficients whose magnitudes have no bit yet: whether one of

@@ -36,15 +36,14 @@ void continue_bisk(const uint8_t* data, size_t size, const BiskPlanes& planes);
 
 // False if the bytes end before the pass.
 template <class Coder>
-bool run_bisk_pass(Coder& outer, const BiskPlanes& planes, BiskState& s, BiskPatch& patch) {
+bool run_bisk_pass(Coder& coder, const BiskPlanes& planes, BiskState& s, BiskPatch& patch) {
   const Pyramid p = pyramid_of(planes.headers[s.patch].width, planes.headers[s.patch].height);
   const uint64_t begin = planes.begin[s.patch];
   const BiskImage image = {p, planes.mask + begin, planes.q + begin, nullptr};
   BiskSet* const sets = planes.sets + patch.first_set;
-  CoderCopy<Coder> coder(outer);
-  while ((*coder).left() >= kStepBytes) {
-    const bool more = patch.refining ? refinement_step(*coder, s.models, image, sets, patch, s.cursor)
-                                     : significance_step(*coder, s.models, image, sets, patch, s.cursor);
+  while (coder.left() >= kStepBytes) {
+    const bool more = patch.refining ? refinement_step(coder, s.models, image, sets, patch, s.cursor)
+                                     : significance_step(coder, s.models, image, sets, patch, s.cursor);
     if (!more) return true;
   }
   return false;

@@ -363,25 +363,38 @@ Bracket all_lambdas(const Job& m, double slope) {
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
   constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  mend(m, sampled, mended ? kMendRounds : 0, watch);
+  if (mended) mend(m, sampled, kMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
-  t.lambda = lambda;
   if (bytes == 0) t.error = measure(m, t, watch);
+  t.lambda = lambda;
   t.sampled = std::move(sampled);
   return t;
+}
+
+constexpr double kNear = 0.015;  // of the target, in the logarithm: that is left to the last word
+
+// Of two trials the last word takes the one of lower rank: of those near the target the one that would take
+// fewer bytes there (errors of gaps jump from trial to trial), else the nearest inside of it, else the
+// nearest.
+constexpr double kNotNear = 1e3, kOutside = 2e3;
+double rank(const Trial& t, double y, double bytes) {
+  constexpr double kWithin = 0.12, kBytesByError = 1.2;  // slope of bytes over error, in logarithms
+  if (y >= kNear) return kOutside + y;
+  if (bytes > 0 || y < -kWithin) return kNotNear - y;
+  return std::log(double(t.stream.size())) + kBytesByError * y;
 }
 
 // Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
 // trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
 Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
-  constexpr double kNear = 0.015, kNearToSplit = 0.5;
+  constexpr double kNearToSplit = 0.5;
   constexpr int kMostLooks = 3;
   Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
   const double target = bytes > 0 ? 1e-4 : m.options.error;
   const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
   double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
-  Trial best, least;  // inside and outside of the target, nearest to it
-  double best_y = -INFINITY, least_y = INFINITY;
+  Trial best;
+  double best_rank = INFINITY;
   int looks = 0;  // for what is missed: again where new patches have made it worse
   bool split = false;
   double split_at = 0;  // the error at first
@@ -395,23 +408,20 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
       if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
         split = true;
         bracket = all_lambdas(m, bracket.slope);
-        best_y = -INFINITY, least_y = INFINITY;
+        best_rank = INFINITY;
         x = looks == 1 ? bracket.next(x, y) : x;
         continue;
       }
     }
     bracket.add(x, y);
-    if (y <= 0 && y > best_y)
-      best_y = y, best = std::move(t);
-    else if (y > 0 && y < least_y)
-      least_y = y, least = std::move(t);
+    if (rank(t, y, bytes) < best_rank) best_rank = rank(t, y, bytes), best = std::move(t);
     if (std::fabs(y) < kNear) break;
     const double next = bracket.next(x, y);
     if (next == x) break;
     x = next;
   }
-  met = best_y > -INFINITY || least_y < kNear;
-  return last_word(m, std::move(met && least_y >= kNear ? best : least), bytes, met, watch);
+  met = best_rank < kOutside;
+  return last_word(m, std::move(best), bytes, met, watch);
 }
 
 }  // namespace

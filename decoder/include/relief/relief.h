@@ -94,8 +94,8 @@ typedef struct relief_options {
    * its grid, down to nothing at all, and its components, handles and holes may differ from those of level 0. */
   uint32_t level;
   uint32_t flags; /* RELIEF_SMOOTH | ... */
-  /* Bytes from one vertex to the next, multiples of 4, at least a vertex' size; 0: that size (12 bytes; RELIEF_QUANTISED:
-   * 8 for positions, 4 for normals). Bytes in between are left alone, so that arrays can be interleaved. */
+  /* Bytes from one vertex to the next, multiples of 4, at least a vertex' size; 0: that size (12 bytes; of
+   * RELIEF_QUANTISED 8 for positions, 4 for normals). Bytes in between are left alone: arrays can be interleaved. */
   uint32_t position_stride, normal_stride;
 } relief_options;
 
@@ -142,7 +142,8 @@ typedef struct relief_mesh {
  *                    a coarser surface over the same masks
  *   options          what to decode and how to write it; null: everything, as floats
  *   mesh             in: arrays and capacities; out: counts and bounds. Capacities of relief_info.vertex_capacity and
- *                    triangle_capacity always suffice; vertex_count and triangle_count do for a whole stream at level 0.
+ *                    triangle_capacity always suffice; vertex_count and triangle_count do for a whole stream at
+ *                    level 0.
  *   workspace        relief_info.workspace_bytes bytes, aligned to 16; contents are scratch
  * Errors: those of relief_inspect but for max_memory, which is the caller's concern here; WORKSPACE, OUTPUT. After an
  * error the arrays hold unspecified values and the counts are what they were.

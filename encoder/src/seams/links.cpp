@@ -65,6 +65,10 @@ struct NodePair {
   uint32_t a, b;  // nodes
 };
 
+bool shorter(const NodePair& x, const NodePair& y) {
+  return std::tie(x.distance, x.a, x.b) < std::tie(y.distance, y.a, y.b);
+}
+
 // The nearest pairs of a node in group `from` and one of another group of the same component.
 std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
                                     const std::vector<int>& group_of_node,
@@ -83,10 +87,7 @@ std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
     if (best.a != best.b) pairs.push_back(best);
   }
   const size_t kept = std::min(kNearestPairs, pairs.size());
-  std::partial_sort(pairs.begin(), pairs.begin() + ptrdiff_t(kept), pairs.end(),
-                    [](const auto& x, const auto& y) {
-                      return std::tie(x.distance, x.a, x.b) < std::tie(y.distance, y.a, y.b);
-                    });
+  std::partial_sort(pairs.begin(), pairs.begin() + ptrdiff_t(kept), pairs.end(), shorter);
   pairs.resize(kept);
   return pairs;
 }
@@ -191,6 +192,47 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
   }
   std::sort(added.begin(), added.end());
   return added;
+}
+
+std::vector<std::array<uint32_t, 2>> links_from(const DecodedMesh& decoded, const Ground& ground,
+                                                const std::vector<uint32_t>& nodes,
+                                                const std::vector<std::array<uint32_t, 2>>& added,
+                                                size_t most) {
+  constexpr double kReach = 6, kApart = 3;  // spacings
+  constexpr size_t kEach = 3;               // from a node
+  std::set<std::pair<uint32_t, uint32_t>> known;
+  std::set<uint32_t> lower;
+  for (const auto& [a, b] : decoded.links) known.insert(std::minmax(a, b));
+  for (const auto& [a, b] : added) lower.insert(a);
+  std::vector<Vec3> place;
+  for (uint32_t v : decoded.nodes) place.push_back(ground.lattice(decoded.mesh.positions[v]));
+  BallSearch search(ground.surface);
+  std::vector<NodePair> pairs;
+  for (uint32_t a : nodes) {
+    const uint32_t u = decoded.nodes[a];
+    std::vector<NodePair> near;
+    for (uint32_t b = 0; b < decoded.nodes.size(); b++) {
+      const uint32_t v = decoded.nodes[b];
+      const double distance = (place[a] - place[b]).norm() / std::max(ground.spacing[u], ground.spacing[v]);
+      if (a == b || distance > kReach || known.count(std::minmax(a, b)) || lower.count(std::min(a, b)))
+        continue;
+      if (ground.pixel[u].patch == ground.pixel[v].patch && distance < kApart) continue;
+      near.push_back({distance, std::min(a, b), std::max(a, b)});
+    }
+    std::sort(near.begin(), near.end(), shorter);
+    size_t found = 0;
+    for (const NodePair& p : near) {
+      if (!connected_near(search, decoded, ground, decoded.nodes[p.a], decoded.nodes[p.b], kAround)) continue;
+      pairs.push_back(p);
+      if (++found == kEach) break;
+    }
+  }
+  std::sort(pairs.begin(), pairs.end(), shorter);
+  std::vector<std::array<uint32_t, 2>> links;
+  for (const NodePair& p : pairs)
+    if (links.size() < most && (links.empty() || links.back() != std::array{p.a, p.b}))
+      links.push_back({p.a, p.b});
+  return links;
 }
 
 }  // namespace relief

@@ -40,4 +40,12 @@ constexpr size_t kStrayPixels = 64;
 std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,
                                                    const Pieces& pieces);
 
+// Further links that run along the surface from these nodes, the shortest first, at most `most`: to nodes of
+// other patches, or far along the border of the same one. None that the decoder knows of or that is in
+// `added`, none with a lower node that `added` has.
+std::vector<std::array<uint32_t, 2>> links_from(const DecodedMesh& decoded, const Ground& ground,
+                                                const std::vector<uint32_t>& nodes,
+                                                const std::vector<std::array<uint32_t, 2>>& added,
+                                                size_t most);
+
 }  // namespace relief

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "seams/gap_error.h"
@@ -16,6 +17,8 @@ constexpr int kMostTrials = 12;
 // Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
 constexpr size_t kFewLinks = 4;
 constexpr int kMostFaceTrials = 60;
+constexpr double kShareToLink = 0.03;  // of all error: faces that get links of their own
+constexpr size_t kMostNewLinks = 8;
 
 // A link or a face with how far it leaves the surface.
 struct Suspect {
@@ -247,45 +250,99 @@ class RimLinks {
       }
     return found;
   }
+  // The nodes at the worst triangles of a face, each once.
+  std::vector<uint32_t> worst_nodes(const Attempt& a, uint32_t face, const GapError& error) const {
+    constexpr size_t kWorst = 3;
+    const size_t first = a.decoded.patch_triangles();
+    std::vector<Suspect> triangles;
+    for (size_t t = a.decoded.first_triangle[face]; t < a.decoded.face_end(face); t++)
+      triangles.push_back({float(error.squared[t - first] * error.area[t - first]), uint32_t(t)});
+    worst_first(triangles);
+    triangles.resize(std::min(triangles.size(), kWorst));
+    std::vector<uint32_t> found;
+    for (const Suspect& s : triangles)
+      for (uint32_t v : a.decoded.mesh.triangles[s.number])
+        if (v < node_.size()) found.push_back(node_[v]);
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
 
  private:
   std::vector<uint32_t> node_;  // of each pixel
   std::vector<std::vector<uint32_t>> links_;
 };
 
-// Makes further handles as long as they take triangles away that leave the surface: a handle that is missing
-// leaves an opening closed. The worst faces first, by the links that were left out along their rims.
-void improve_faces(const Context& in, Attempt& best) {
-  GapError error = error_of(in, best);
-  const RimLinks rims(in);
-  std::vector<char> tried(in.plain.links.size(), 0);
-  auto better_with = [&](uint32_t link) {
-    Seams seams = best.seams;
-    seams.holes.clear();
-    seams.handles.push_back(link);
-    Attempt a = open_holes(in, std::move(seams));
-    if (a.decoded.kind[link] != LinkKind::kMade || a.mismatch >= best.mismatch ||
-        a.topology.genus > in.topology.genus)
-      return false;
-    GapError e = error_of(in, a);
-    const double gain = error.sum - e.sum;
-    if (gain <= 0 || gain <= laid_bare(error, e)) return false;
-    best = std::move(a), error = std::move(e);
-    return true;
-  };
-  int trials = 0;
-  for (bool better = true; better;) {
-    better = false;
-    for (const Suspect& face : worst_faces(error)) {
-      for (uint32_t link : rims.refused(best, face.number)) {
-        if (std::exchange(tried[link], 1)) continue;
-        if (trials++ == kMostFaceTrials) return;
-        if ((better = better_with(link))) break;
-      }
-      if (better) break;
+// Makes further handles, and adds links to the worst faces, as long as that takes triangles away that leave
+// the surface: a handle that is missing leaves an opening closed. The worst faces first, by the links that
+// were left out along their rims, then by new ones.
+class FaceTrials {
+ public:
+  FaceTrials(const Context& in, Attempt& best)
+      : in_(in), best_(best), error_(error_of(in, best)), rims_(in), tried_(in.plain.links.size(), 0) {}
+
+  void run() {
+    while (improve_one()) {
     }
   }
-}
+
+ private:
+  // Takes these seams if the error is lower, without laying surface bare and without a handle too many. link:
+  // that must make a handle for it, or -1
+  bool better_with(Seams seams, int64_t link) {
+    trials_++;
+    seams.holes.clear();
+    Attempt a = open_holes(in_, std::move(seams));
+    if (a.mismatch > best_.mismatch || a.topology.genus > in_.topology.genus) return false;
+    if (link >= 0 && (a.decoded.kind[size_t(link)] != LinkKind::kMade || a.mismatch == best_.mismatch))
+      return false;
+    GapError e = error_of(in_, a);
+    const double gain = error_.sum - e.sum;
+    if (gain <= 0 || gain <= laid_bare(error_, e)) return false;
+    best_ = std::move(a), error_ = std::move(e);
+    return true;
+  }
+
+  bool by_refused_links(uint32_t face) {
+    for (uint32_t link : rims_.refused(best_, face)) {
+      if (trials_ == kMostFaceTrials) return false;
+      if (std::exchange(tried_[link], 1)) continue;
+      Seams seams = best_.seams;
+      seams.handles.push_back(link);
+      if (better_with(std::move(seams), link)) return true;
+    }
+    return false;
+  }
+
+  bool by_new_links(uint32_t face) {
+    for (const auto& link : links_from(best_.decoded, in_.ground, rims_.worst_nodes(best_, face, error_),
+                                       best_.seams.added_links, kMostNewLinks)) {
+      if (trials_ == kMostFaceTrials) return false;
+      if (!tried_new_.insert(link).second) continue;
+      Seams seams = best_.seams;
+      seams.added_links.push_back(link);
+      std::sort(seams.added_links.begin(), seams.added_links.end());
+      if (better_with(std::move(seams), -1)) return true;
+    }
+    return false;
+  }
+
+  bool improve_one() {
+    for (const Suspect& face : worst_faces(error_)) {
+      if (by_refused_links(face.number)) return true;
+      if (face.distance > kShareToLink * error_.sum && by_new_links(face.number)) return true;
+    }
+    return false;
+  }
+
+  const Context& in_;
+  Attempt& best_;
+  GapError error_;
+  const RimLinks rims_;
+  std::vector<char> tried_;  // of the decoder's links
+  std::set<std::array<uint32_t, 2>> tried_new_;
+  int trials_ = 0;
+};
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr int kVainRounds = 1;        // of mending masks, without getting better
@@ -300,7 +357,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
-  improve_faces(in, best);
+  FaceTrials(in, best).run();
   if (thorough && !input.closed) adjust_holes(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }

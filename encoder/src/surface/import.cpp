@@ -53,7 +53,7 @@ TriangleMesh read_mesh(const std::string& path, const DecodeOptions& options) {
   } else {
     throw InputError("unknown format '" + extension + "' (known: .ply .obj .off .stl .glb .gltf)");
   }
-  check_mesh(mesh);
+  check_mesh(mesh, options.points);
   return mesh;
 }
 

@@ -32,15 +32,15 @@ class PolygonFan {
   uint32_t first_ = 0, last_ = 0;
 };
 
-// Called by read_mesh for every format.
-inline void check_mesh(const TriangleMesh& mesh) {
+// Called by read_mesh for every format. points: there need be no faces.
+inline void check_mesh(const TriangleMesh& mesh, bool points = false) {
   if (mesh.positions.empty()) throw InputError("has no vertices");
   for (size_t i = 0; i < mesh.positions.size(); i++)
     for (float c : mesh.positions[i])
       if (!std::isfinite(c))
         throw InputError("vertex " + std::to_string(i) + " has a coordinate that is " +
                          (std::isnan(c) ? "not a number" : "infinite"));
-  if (mesh.triangles.empty()) throw InputError("has no faces (point clouds come later)");
+  if (mesh.triangles.empty() && !points) throw InputError("has no faces (point clouds come later)");
 }
 
 }  // namespace relief
