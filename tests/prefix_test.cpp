@@ -86,7 +86,7 @@ INSTANTIATE_TEST_SUITE_P(, Prefixes,
                                          Case{"bumpy sphere", kBisk}, Case{"torus", kBisk},
                                          Case{"drilled slab", kBisk}, Case{"cup", kBisk},
                                          Case{"bumpy sphere", kBisk, Allocation::kEven}),
-                         [](const auto& info) { return name_of(info.param); });
+                         [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
 }  // namespace relief
