@@ -152,6 +152,13 @@ function page(results) {
   }).join('\n');
 }
 
+function writePage(tables) {
+  const file = path.join(root, 'docs/paper.md');
+  const [before, rest] = fs.readFileSync(file, 'utf8').split('<!-- tables: written by bench/paper --page -->\n');
+  const [, after] = rest.split('<!-- end of tables -->');
+  fs.writeFileSync(file, `${before}<!-- tables: written by bench/paper --page -->\n\n${tables}\n<!-- end of tables -->${after}`);
+}
+
 // --- Main
 
 function commit() {
@@ -163,9 +170,9 @@ function commit() {
 function main() {
   const { values, positionals } = parseArgs({
     allowPositionals: true,
-    options: { tables: { type: 'string', default: '1,2,4,13' }, output: { type: 'string', default: path.join(root, 'build/paper') } },
+    options: { tables: { type: 'string', default: '1,2,4,13' }, output: { type: 'string', default: path.join(root, 'build/paper') }, page: { type: 'boolean' } },
   });
-  const numbers = values.tables.split(',');
+  const numbers = values.tables.split(',').filter(Boolean);  // none: only shows what was measured
   if (!numbers.every(number => MEASURES[number])) throw new Error(`--tables takes some of ${Object.keys(MEASURES)}`);
   const file = path.join(values.output, 'paper.json');
   const results = fs.existsSync(file) ? JSON.parse(fs.readFileSync(file, 'utf8')) : {};  // of earlier runs, of other tables or models
@@ -186,6 +193,7 @@ function main() {
     for (const model of positionals)
       for (const number of numbers) measure(path.basename(model, path.extname(model)).toLowerCase(), model, number);
     console.log(page(results));
+    if (values.page) writePage(page(results));
   } finally {
     fs.rmSync(folder, { recursive: true });
   }
