@@ -259,7 +259,15 @@ TEST(Partition, FacesWithoutArea) {
   surface.component = {0, 0, 1};
   surface.component_area = {1, 0};
   surface.total_area = 1;
-  EXPECT_EQ(partition_surface(surface, {}).label, (std::vector<int>{0, 0, -1}));
+  for (const Clustering clustering : {Clustering::kLloyd, Clustering::kSplitMerge})
+    for (const Plane plane : {Plane::kAverage, Plane::kCone}) {
+      PartitionOptions options;
+      options.clustering = clustering;
+      options.plane = plane;
+      const Partition partition = partition_surface(surface, options);
+      EXPECT_EQ(partition.label, (std::vector<int>{0, 0, -1}));
+      EXPECT_NEAR(partition.normal[0].z(), 1, 1e-12);
+    }
 }
 
 TEST(Partition, SameOnAnyNumberOfThreads) {
