@@ -132,6 +132,42 @@ TEST_F(CommandLine, EncodesDecodesComparesAndInforms) {
   EXPECT_NE(run("info t.glb --patches").out.find("coefficients"), std::string::npos);
 }
 
+TEST_F(CommandLine, PointsInPointsOrMeshOut) {
+  const TriangleMesh torus = make_torus(96, 48);
+  std::string xyz;
+  for (const auto& p : torus.positions)
+    xyz += std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+  write_text(folder / "cloud.xyz", xyz);
+  Result encoded = run("encode cloud.xyz c.glb --error 5e-4 --json");
+  ASSERT_EQ(encoded.code, 0) << encoded.err;
+  EXPECT_EQ(encoded.json()["primitives"][0]["name"], "points");
+  EXPECT_EQ(encoded.json()["primitives"][0]["triangles"], 0);
+  Result one_way = run("compare cloud.xyz c.glb --json");
+  ASSERT_EQ(one_way.code, 0) << one_way.err;
+  EXPECT_LT(one_way.json()["e_rms"].get<double>(), 7);
+  EXPECT_FALSE(one_way.json().contains("e_rms_ba"));
+
+  Result mesh = run("decode c.glb mesh.ply --json");
+  ASSERT_EQ(mesh.code, 0) << mesh.err;
+  EXPECT_GT(mesh.json()["triangles"].get<size_t>(), 0u);
+  for (const char* out : {"points.ply", "points.xyz", "points.glb"}) {
+    Result points = run(std::string("decode c.glb ") + out + " --points --json");
+    ASSERT_EQ(points.code, 0) << points.err;
+    EXPECT_EQ(points.json()["triangles"], 0);
+    EXPECT_LE(points.json()["vertices"], mesh.json()["vertices"]);  // which has some between the patches
+    Result both = run(std::string("compare cloud.xyz ") + out + " --json");  // by projection
+    ASSERT_EQ(both.code, 0) << both.err;
+    EXPECT_LT(both.json()["e_rms"].get<double>(), 7) << out;
+    EXPECT_TRUE(both.json().contains("e_rms_ba"));
+  }
+  EXPECT_EQ(run("decode c.glb mesh.xyz").code, 2);
+  write_text(folder / "few.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  Result few = run("encode few.xyz few.glb");
+  EXPECT_EQ(few.code, 1);
+  EXPECT_EQ(few.err, "relief: few.xyz: has too few points for a surface\n");
+  EXPECT_FALSE(exists("few.glb"));
+}
+
 TEST_F(CommandLine, AllFormatsHoldTheSameSurface) {
   ASSERT_EQ(run("encode torus.ply a.glb --error 2e-3 --quiet").code, 0);
   ASSERT_EQ(run("encode torus.ply a.gltf --error 2e-3 --quiet").code, 0);
@@ -331,7 +367,6 @@ TEST_F(CommandLine, InputsThatCannotWork) {
       {"unknown.xyzzy", "hello"},
       {"nothing.ply", ""},
       {"empty.ply", ply_text("", 0, "", 0)},
-      {"faceless.ply", ply_text(triangle, 3, "", 0)},
       {"nan.ply", ply_text("0 0 0\n1 nan 0\n0 1 0\n", 3, "3 0 1 2\n", 1)},
       {"infinite.ply", ply_text("0 0 0\n1 inf 0\n0 1 0\n", 3, "3 0 1 2\n", 1)},
       {"range.ply", ply_text(triangle, 3, "3 0 1 3\n", 1)},

@@ -137,6 +137,28 @@ TEST(StreamScene, AccessorsPromiseWhatTheDecoderGives) {
   EXPECT_EQ(json["extensionsUsed"], TestJson({"RELIEF_patch_compression"}));
 }
 
+TEST(StreamScene, MayDrawPoints) {
+  TemporaryFolder folder;
+  write_stream_gltf(folder / "s.glb", sphere_stream(), true);
+  keep(folder / "s.glb");
+  const TestJson json = read_glb(folder / "s.glb").json;
+  const TestJson& primitive = json["meshes"][0]["primitives"][0];
+  EXPECT_EQ(primitive["mode"], 0);
+  EXPECT_FALSE(primitive.contains("indices"));
+  EXPECT_EQ(json["accessors"].size(), 2u);
+  expect_equal(read_gltf_mesh(folder / "s.glb"), decoded_sphere());  // the surface
+  EXPECT_EQ(decompress_gltf(folder / "s.glb", folder / "mesh.glb"), 1u);
+  expect_equal(read_gltf_mesh(folder / "mesh.glb"), decoded_sphere());
+  keep(folder / "mesh.glb");
+  EXPECT_EQ(decompress_gltf(folder / "s.glb", folder / "points.glb", {.points = true}), 1u);
+  keep(folder / "points.glb");
+  EXPECT_EQ(read_glb(folder / "points.glb").json["meshes"][0]["primitives"][0]["mode"], 0);
+  const TriangleMesh points = read_gltf_mesh(folder / "points.glb");
+  EXPECT_TRUE(points.triangles.empty());
+  EXPECT_EQ(points.positions, decode(sphere_stream().data(), sphere_stream().size(), {.points = true}).positions);
+  EXPECT_EQ(points.normals.size(), points.positions.size());
+}
+
 TEST(StreamScene, DecompressesToTheSameMesh) {
   TemporaryFolder folder;
   write_stream_gltf(folder / "s.glb", sphere_stream());
@@ -288,21 +310,49 @@ TEST(Compress, JsonNumbersSurviveExactly) {
 TEST(Compress, NothingToDoGivesTheSameScene) {
   TemporaryFolder folder;
   SceneBuilder scene;
-  TestJson points = scene.primitive(make_cube(2));
-  points["mode"] = 0;
-  scene.mesh({points});
+  TestJson lines = scene.primitive(make_cube(2));
+  lines["mode"] = 1;
+  scene.mesh({lines});
   std::string in = scene.save(folder / "in.glb");
   auto reports = compress(in, folder / "out.glb");
   EXPECT_FALSE(reports.at(0).compressed);
   EXPECT_EQ(read_bytes(in), read_bytes(folder / "out.glb"));
 }
 
+// With indices, points are drawn more than once.
+TEST(Compress, PointsStayPoints) {
+  for (bool indexed : {false, true}) {
+    TemporaryFolder folder;
+    SceneBuilder scene;
+    TriangleMesh sphere = make_bumpy_sphere(4);
+    TestJson primitive = scene.primitive(sphere);
+    primitive["mode"] = 0;
+    if (!indexed) primitive.erase("indices");
+    scene.mesh({primitive});
+    const std::string in = scene.save(folder / "in.glb");
+    const TriangleMesh cloud = read_gltf_mesh(in);
+    EXPECT_TRUE(cloud.triangles.empty());
+    EXPECT_EQ(cloud.positions.size(), indexed ? 3 * sphere.triangles.size() : sphere.positions.size());
+    auto reports = compress(in, folder / "out.glb");
+    ASSERT_TRUE(reports.at(0).compressed) << reports.at(0).reason;
+    keep(folder / "out.glb");
+    const TestJson json = read_glb(folder / "out.glb").json;
+    const TestJson& after = json["meshes"][0]["primitives"][0];
+    EXPECT_EQ(after["mode"], 0);
+    EXPECT_FALSE(after.contains("indices"));
+    EXPECT_EQ(json["accessors"].size(), indexed ? 2u : 3u);  // the scene has one that nothing refers to
+    EXPECT_EQ(json["accessors"][0]["count"], decoded_sphere().positions.size());
+    expect_equal(read_gltf_mesh(folder / "out.glb"),
+                 decoded_sphere());  // what the encoder of these tests makes
+  }
+}
+
 TEST(Compress, SeveralBuffersBecomeOne) {
   TemporaryFolder folder;
   SceneBuilder scene;
-  TestJson points = scene.primitive(make_cube(2));
-  points["mode"] = 0;
-  scene.mesh({points});
+  TestJson lines = scene.primitive(make_cube(2));
+  lines["mode"] = 1;
+  scene.mesh({lines});
   scene.glb();
   scene.json["buffers"][0]["uri"] = "one.bin";
   write_bytes(folder / "one.bin", scene.binary);
@@ -335,7 +385,7 @@ TEST(Compress, SaysWhyAPrimitivePassesThrough) {
          p["targets"] = TestJson::array();
          p["targets"].push_back({{"POSITION", p["attributes"]["POSITION"]}});
        }},
-      {"points or lines", [](SceneBuilder&, TestJson& p) { p["mode"] = 1; }},
+      {"draws lines", [](SceneBuilder&, TestJson& p) { p["mode"] = 1; }},
       {"extension EXT_unheard_of",
        [](SceneBuilder&, TestJson& p) { p["extensions"]["EXT_unheard_of"]["a"] = 1; }},
       {"EXT_structural_metadata may refer", [](SceneBuilder& s, TestJson&) {
@@ -446,9 +496,9 @@ TEST(Compress, SharedAccessorsAreNotAltered) {
   SceneBuilder scene;
   TriangleMesh sphere = make_bumpy_sphere(4);
   TestJson primitive = scene.primitive(sphere);
-  TestJson dots = {{"attributes", primitive["attributes"]}, {"mode", 0}};
+  TestJson lines = {{"attributes", primitive["attributes"]}, {"mode", 1}};
   scene.mesh({primitive});
-  scene.mesh({dots});
+  scene.mesh({lines});
   auto reports = compress(scene.save(folder / "in.glb"), folder / "out.glb");
   ASSERT_TRUE(reports.at(0).compressed) << reports.at(0).reason;  // the indices alone are worth it
   Glb after = read_glb(folder / "out.glb");

@@ -262,7 +262,7 @@ TEST(ReadMesh, MeshesWithoutVerticesOrFaces) {
            data;
   };
   EXPECT_CONTAINS(error_of([&] { read_mesh(write_text("a.ply", ply("0", ""))); }), "no vertices");
-  EXPECT_CONTAINS(error_of([&] { read_mesh(write_text("a.ply", ply("1", "1 2 3\n"))); }), "no faces");
+  EXPECT_EQ(read_mesh(write_text("a.ply", ply("1", "1 2 3\n"))).positions.size(), 1u);  // a point cloud
   EXPECT_CONTAINS(error_of([&] { read_mesh(write_text("a.obj", "# nothing\n")); }), "no vertices");
   EXPECT_CONTAINS(error_of([&] { read_mesh(write_text("a.obj", "v 1 2 3\n")); }), "no faces");
   EXPECT_CONTAINS(error_of([&] { read_mesh(write_text("a.off", "OFF\n0 0 0\n")); }), "no vertices");
@@ -337,6 +337,13 @@ TEST(ReadMesh, CountsBeyondTheFile) {
   EXPECT_CONTAINS(error_of([&] { read_stl(stl); }), "too short for its 4294967295 triangles");
 }
 
+// For two points, with fields that nobody knows.
+std::string pcd_header(const std::string& kind, const std::string& points = "2") {
+  return "# .PCD v0.7\nVERSION 0.7\nFIELDS rgb x y z label normal_x normal_y normal_z\nSIZE 4 4 4 4 2 4 4 8\n"
+         "TYPE U F F F U F F F\nCOUNT 1 1 1 1 3 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+         points + "\nDATA " + kind + "\n";
+}
+
 // Every prefix fails or is a mesh of valid indices; binary files and files cut before the last line always
 // fail.
 TEST(ReadMesh, EveryPrefixFailsOrIsWellFormed) {
@@ -355,6 +362,8 @@ TEST(ReadMesh, EveryPrefixFailsOrIsWellFormed) {
                   {"off", read_off, off_text(mesh), true},
                   {"stl ascii", read_stl, stl_ascii(mesh), true},
                   {"stl binary", read_stl, stl_binary(mesh), true},
+                  {"pcd", read_pcd,
+                   pcd_header("ascii") + "1 1 2 3 0 1 2 0 0.6 0.8 16744512 1 2 3 0 1 2 0 0.6 0.8\n", true},
                   {"obj", read_obj, std::string(std::istreambuf_iterator<char>(obj), {}), false}};
   for (const Case& c : cases)
     for (size_t size = 0; size < c.bytes.size(); size++) {
@@ -368,6 +377,84 @@ TEST(ReadMesh, EveryPrefixFailsOrIsWellFormed) {
       } catch (const InputError&) {
       }
     }
+}
+
+TEST(ReadPoints, PlyKeepsNormalsAndColours) {
+  TriangleMesh cloud = with_normals(make_sphere(1));
+  cloud.triangles.clear();
+  for (size_t i = 0; i < cloud.positions.size(); i++)
+    cloud.colors.push_back({uint8_t(i), uint8_t(255 - i), 7, uint8_t(100 + i)});
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(cloud.positions.size()) +
+      "\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n"
+      "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n"
+      "property float nz\nend_header\n";
+  for (size_t i = 0; i < cloud.positions.size(); i++) {
+    for (uint8_t c : cloud.colors[i]) bytes += char(c);
+    for (float c : cloud.positions[i]) append(bytes, c, false);
+    for (float c : cloud.normals[i]) append(bytes, c, false);
+  }
+  const TriangleMesh read = read_mesh(write_text("cloud.ply", bytes));
+  expect_equal(read, cloud);
+  EXPECT_EQ(read.colors, cloud.colors);
+  for (const char* name : {"cloud2.ply", "cloud2.xyz"}) {
+    write_points(temporary(name), cloud);
+    expect_equal(read_mesh(temporary(name)), cloud);
+  }
+}
+
+TEST(ReadPoints, XyzOfThreeSixAndNineColumns) {
+  using Vector = std::array<float, 3>;
+  using Color = std::array<uint8_t, 4>;
+  TriangleMesh cloud = read_xyz("# x y z\n1 2 3\n\n 4\t5 6e0\n");
+  EXPECT_EQ(cloud.positions, (std::vector<Vector>{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_TRUE(cloud.normals.empty() && cloud.colors.empty());
+  cloud = read_xyz("1 2 3 0 0.6 -0.8\r\n4 5 6 0 0 1");
+  EXPECT_EQ(cloud.normals, (std::vector<Vector>{{0, 0.6f, -0.8f}, {0, 0, 1}}));
+  EXPECT_TRUE(cloud.colors.empty());
+  cloud = read_xyz("1 2 3 10 20 255\n4 5 6 0 0 1");  // no vector of unit length
+  EXPECT_EQ(cloud.colors, (std::vector<Color>{{10, 20, 255, 255}, {0, 0, 1, 255}}));
+  EXPECT_TRUE(cloud.normals.empty());
+  cloud = read_xyz("1 2 3 0 0 1 10 20 30\n");
+  EXPECT_EQ(cloud.normals, (std::vector<Vector>{{0, 0, 1}}));
+  EXPECT_EQ(cloud.colors, (std::vector<Color>{{10, 20, 30, 255}}));
+  EXPECT_CONTAINS(error_of([] { read_xyz("1 2 3\n1 2\n"); }), "line 2: expected 3, 6 or 9 numbers, found 2");
+  EXPECT_CONTAINS(error_of([] { read_xyz("1 2 3\n1 2 3 0 0 1\n"); }),
+                  "line 2: expected 3 numbers as before, found 6");
+  EXPECT_CONTAINS(error_of([] { read_xyz("1 2 3 0 0 1 0 0 256\n"); }), "line 1: a colour beyond 0 to 255");
+  EXPECT_CONTAINS(error_of([] { read_xyz("1 2 3 4 5 6 7 8 9 10\n"); }), "line 1: more than 9 numbers");
+  EXPECT_CONTAINS(error_of([] { read_xyz("1 2 three\n"); }), "line 1: expected a number, found 'three'");
+  EXPECT_CONTAINS(error_of([] { read_mesh(write_text("a.xyz", "1 2 nan\n")); }), "vertex 0 has a coordinate");
+  EXPECT_CONTAINS(error_of([] { read_mesh(write_text("a.xyz", "# nothing\n")); }), "no vertices");
+}
+
+TEST(ReadPoints, PcdAsciiAndBinary) {
+  std::string binary = pcd_header("binary");
+  for (int i = 0; i < 2; i++) {
+    append(binary, uint32_t(0xff8040), false);
+    for (float c : {1.0f, i ? std::numeric_limits<float>::quiet_NaN() : 2.0f, 3.0f}) append(binary, c, false);
+    for (int k = 0; k < 3; k++) append(binary, uint16_t(k), false);
+    append(binary, 0.0f, false), append(binary, 0.6f, false), append(binary, double(0.8f), false);
+  }
+  for (const std::string& bytes :
+       {pcd_header("ascii") + "16744512 1 2 3 0 1 2 0 0.6 0.8\n16744512 1 nan 3 0 1 2 0 0.6 0.8\n", binary}) {
+    const TriangleMesh cloud = read_mesh(write_text("a.pcd", bytes));
+    EXPECT_EQ(cloud.positions, (std::vector<std::array<float, 3>>{{1, 2, 3}}));
+    EXPECT_EQ(cloud.normals, (std::vector<std::array<float, 3>>{{0, 0.6f, 0.8f}}));
+    EXPECT_EQ(cloud.colors, (std::vector<std::array<uint8_t, 4>>{{255, 128, 64, 255}}));
+  }
+  binary.pop_back();
+  EXPECT_CONTAINS(error_of([&] { read_pcd(binary); }), "too short for its 2 points");
+  EXPECT_CONTAINS(error_of([] { read_pcd(pcd_header("ascii", "4000000000") + "1 2 3\n"); }), "too short");
+  EXPECT_CONTAINS(error_of([] { read_pcd(pcd_header("ascii", "-1")); }), "line 11: the number of points");
+  EXPECT_CONTAINS(error_of([] { read_pcd(pcd_header("binary_compressed")); }),
+                  "'binary_compressed' cannot be read");
+  EXPECT_CONTAINS(error_of([] { read_pcd("FIELDS x y\nSIZE 4 4\nTYPE F F\nPOINTS 1\nDATA ascii\n1 2\n"); }),
+                  "no x, y and z");
+  EXPECT_CONTAINS(error_of([] { read_pcd("FIELDS x y z\nSIZE 4 4\n"); }),
+                  "fewer words than fields after SIZE");
+  EXPECT_CONTAINS(error_of([] { read_pcd("FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2 3"); }), "no SIZE or TYPE");
+  EXPECT_CONTAINS(error_of([] { read_pcd("v 1 2 3\n"); }), "not a PCD file");
 }
 
 // Random changes must never do worse than throw.

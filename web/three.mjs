@@ -60,6 +60,7 @@ export class ReliefPatchCompression {
     if (NORMAL !== undefined) {
       redirectAccessor(NORMAL, 'NORMAL', ({ normals }, accessor, what) => floats(normals, accessor, what));
     }
+    if (primitive.mode === 0) return;  // draws the vertices of the surface as points
     redirectAccessor(primitive.indices, 'indices', ({ indices }, accessor, what) => integers(indices, accessor, what));
   }
 

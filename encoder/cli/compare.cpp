@@ -1,9 +1,11 @@
+#include <cmath>
 #include <memory>
 
 #include "common.h"
 #include "measure/surface_error.h"
 #include "measure/topology.h"
 #include "patch_colors.h"
+#include "points/point_error.h"
 
 namespace relief::cli {
 
@@ -75,9 +77,43 @@ void print_text(const Arguments& arguments, const SurfaceError& e, const std::ve
   std::printf("A: %s\nB: %s\n", arguments.a.c_str(), arguments.b.c_str());
 }
 
+int compare_points(const Arguments& arguments, const TriangleMesh& a, const TriangleMesh& b) {
+  if (!arguments.heatmap.empty()) throw UsageError("--heatmap needs meshes, not points");
+  const PointError e =
+      about(a.triangles.empty() ? arguments.a : arguments.b, [&] { return point_error(a, b); });
+  const double unit = 1e4 / e.diagonal, rms = std::max(e.rms_ab, e.rms_ba),
+               max = std::max(e.max_ab, e.max_ba);
+  const bool both = a.triangles.empty() && b.triangles.empty();
+  const char* measured = both                  ? "points to the MLS surface of the other's, both ways"
+                         : a.triangles.empty() ? "points of A to the triangles of B, one way"
+                                               : "points of B to the triangles of A, one way";
+  if (arguments.common.json) {
+    auto side = [](const std::string& file, const TriangleMesh& mesh) {
+      return Json{{"file", file}, {"vertices", mesh.positions.size()}, {"triangles", mesh.triangles.size()}};
+    };
+    Json json = {{"measured", measured},   {"e_rms", rms * unit},       {"e_max", max * unit},
+                 {"diagonal", e.diagonal}, {"a", side(arguments.a, a)}, {"b", side(arguments.b, b)}};
+    if (both || a.triangles.empty()) json["e_rms_ab"] = e.rms_ab * unit, json["e_max_ab"] = e.max_ab * unit;
+    if (both || b.triangles.empty()) json["e_rms_ba"] = e.rms_ba * unit, json["e_max_ba"] = e.max_ba * unit;
+    std::printf("%s\n", json.dump(2).c_str());
+  } else if (!arguments.common.quiet) {
+    std::printf("E_rms  %9.4f   E_max %9.4f   (1e-4 of A's diagonal, %g; %s)\n", rms * unit, max * unit,
+                e.diagonal, measured);
+    if (both)
+      std::printf("A to B %9.4f   %15.4f\nB to A %9.4f   %15.4f\n", e.rms_ab * unit, e.max_ab * unit,
+                  e.rms_ba * unit, e.max_ba * unit);
+    std::printf("PSNR   %9.2f dB\nA: %s, %s vertices\nB: %s, %s vertices\n",
+                20 * std::log10(e.diagonal / rms), arguments.a.c_str(),
+                with_commas(a.positions.size()).c_str(), arguments.b.c_str(),
+                with_commas(b.positions.size()).c_str());
+  }
+  return kDone;
+}
+
 int run_compare(const Arguments& arguments) {
   if (!arguments.heatmap.empty()) check_output(arguments.heatmap, {".glb", ".gltf"});
   TriangleMesh a = load_mesh(arguments.a), b = load_mesh(arguments.b);
+  if (a.triangles.empty() || b.triangles.empty()) return compare_points(arguments, a, b);
   std::unique_ptr<ErrorMeter> meter =
       about(arguments.a, [&] { return std::make_unique<ErrorMeter>(a, arguments.samples); });
   SurfaceError error = about(arguments.b, [&] { return meter->measure(b); });
@@ -102,8 +138,11 @@ void add_compare(CLI::App& app, Run& run) {
       app.add_subcommand("compare", "Measure how far two surfaces are apart, and their topology");
   command->footer(
       "  relief compare scan.ply scan.glb                      A is the original, B the copy\n"
-      "  relief compare scan.ply scan.glb --heatmap heat.glb   also a picture: blue 0, red 4 E_rms");
-  command->add_option("A", a->a, "The original: .ply .obj .off .stl .glb .gltf .relief")->required();
+      "  relief compare scan.ply scan.glb --heatmap heat.glb   also a picture: blue 0, red 4 E_rms\n"
+      "  relief compare cloud.xyz cloud.glb                    points to the surface, one way\n"
+      "  relief compare cloud.xyz decoded.ply                  both ways, if both are points");
+  command->add_option("A", a->a, "The original: .ply .obj .off .stl .xyz .pcd .glb .gltf .relief")
+      ->required();
   command->add_option("B", a->b, "The other one")->required();
   command->add_option("--samples", a->samples, "Sample points on each surface (default 400000)")
       ->type_name("N")

@@ -21,9 +21,9 @@ struct Decoded {
   uint64_t vertices = 0, triangles = 0;
 };
 
-void count(Decoded& decoded, const std::vector<Bytes>& streams, const DecodeOptions& options) {
-  for (const Bytes& stream : streams) {
-    TriangleMesh mesh = decode(stream.data(), stream.size(), options);
+void count(Decoded& decoded, const Arguments& arguments) {
+  for (const Bytes& stream : read_streams(arguments.in)) {
+    TriangleMesh mesh = decode(stream.data(), stream.size(), arguments.options);
     decoded.vertices += mesh.positions.size();
     decoded.triangles += mesh.triangles.size();
   }
@@ -33,7 +33,7 @@ Decoded decode_file(const Arguments& arguments) {
   Decoded decoded;
   if (is_gltf(arguments.in) && is_gltf(arguments.out)) {
     decoded.primitives = decompress_gltf(arguments.in, arguments.out, arguments.options);
-    count(decoded, read_streams(arguments.in), arguments.options);
+    count(decoded, arguments);
     return decoded;
   }
   TriangleMesh mesh = load_mesh(arguments.in, arguments.options);
@@ -41,10 +41,10 @@ Decoded decode_file(const Arguments& arguments) {
   decoded.vertices = mesh.positions.size();
   decoded.triangles = mesh.triangles.size();
   about(arguments.out, [&] {
-    if (arguments.options.points)
-      write_points(arguments.out, mesh);
-    else if (is_gltf(arguments.out))
+    if (is_gltf(arguments.out))
       write_mesh_gltf(arguments.out, mesh);
+    else if (arguments.options.points)
+      write_points(arguments.out, mesh);
     else
       write_mesh(arguments.out, mesh);
   });
@@ -53,7 +53,7 @@ Decoded decode_file(const Arguments& arguments) {
 
 int run_decode(const Arguments& arguments) {
   if (arguments.options.points)
-    check_output(arguments.out, {".ply", ".obj"});
+    check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj", ".xyz"});
   else
     check_output(arguments.out, {".glb", ".gltf", ".ply", ".obj"});
   if (!is_gltf(arguments.in) && lower_extension(arguments.in) != ".relief")
@@ -91,9 +91,10 @@ void add_decode(CLI::App& app, Run& run) {
       "  relief decode scene.glb plain.glb     the scene, without compression\n"
       "  relief decode scan.relief scan.obj    a bare stream\n"
       "  relief decode scan.glb a.ply --bytes 9000   what the first 9000 bytes of the stream hold\n"
-      "  relief decode scan.glb a.ply --level 2      a sixteenth of the triangles");
+      "  relief decode scan.glb a.ply --level 2      a sixteenth of the triangles\n"
+      "  relief decode cloud.glb a.ply --points      points with normals");
   command->add_option("IN", a->in, ".glb .gltf .relief")->required();
-  command->add_option("OUT", a->out, ".glb .gltf .ply .obj")->required();
+  command->add_option("OUT", a->out, ".glb .gltf .ply .obj; points: .xyz as well")->required();
   command
       ->add_option(
           "--bytes", a->options.bytes,
@@ -110,7 +111,7 @@ void add_decode(CLI::App& app, Run& run) {
                         "Smooth the seams between patches: for very coarse streams, where they show");
   command
       ->add_flag("--points", a->options.points,
-                 "Points instead of triangles (.ply .obj): the vertices of the patches, nothing between them")
+                 "Points instead of triangles: the vertices of the patches, nothing between them")
       ->excludes(smooth);
   add_common(*command, a->common);
   command->callback(

@@ -54,7 +54,7 @@ std::vector<PrimitiveReport> encode_mesh(const Arguments& arguments, ProgressBar
   EncodeOptions options = options_for(arguments, 1);
   options.progress = [&](const char* stage, double done) { bar.show(stage, done); };
   PrimitiveReport report;
-  report.name = "mesh";
+  report.name = mesh.triangles.empty() ? "points" : "mesh";
   report.vertices = mesh.positions.size();
   report.triangles = mesh.triangles.size();
   report.result = encode(mesh, options);
@@ -62,9 +62,11 @@ std::vector<PrimitiveReport> encode_mesh(const Arguments& arguments, ProgressBar
   report.bytes_before = file_bytes(arguments.in);
   report.bytes_after = report.result.stream.size();
   if (is_gltf(arguments.out))
-    write_stream_gltf(arguments.out, report.result.stream);
+    write_stream_gltf(arguments.out, report.result.stream, mesh.triangles.empty());
   else
     write_file(arguments.out, report.result.stream);
+  if (!arguments.patches.empty() && mesh.triangles.empty())
+    throw InputError("--patches needs a mesh, not points");
   if (!arguments.patches.empty()) write_patch_colors(arguments.patches, mesh, report.result.labels);
   std::vector<PrimitiveReport> reports;
   reports.push_back(std::move(report));
@@ -169,16 +171,17 @@ int run_encode(const Arguments& arguments) {
 
 void add_encode(CLI::App& app, Run& run) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("encode", "Compress a mesh, or every primitive of a scene that can be coded");
+  CLI::App* command = app.add_subcommand(
+      "encode", "Compress a mesh, a point cloud, or every primitive of a scene that can be coded");
   command->footer(
       "  relief encode scan.ply scan.glb                    rms error of 1e-4 of the diagonal\n"
       "  relief encode scan.ply scan.glb --error 5e-5       half of that\n"
       "  relief encode scene.glb small.glb --bytes 100000   as good as 100,000 bytes allow\n"
+      "  relief encode cloud.xyz cloud.glb                  a point cloud: its surface; see decode --points\n"
       "\n"
       "Primitives of a scene that carry what is not coded yet (texture coordinates, colours, joints, morph\n"
       "targets) and those that touch another one of their mesh pass through unchanged, and a line says so.");
-  command->add_option("IN", a->in, ".ply .obj .off .stl .glb .gltf .relief")->required();
+  command->add_option("IN", a->in, ".ply .obj .off .stl .xyz .pcd .glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .relief")->required();
   CLI::Option* error =
       command

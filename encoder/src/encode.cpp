@@ -1,4 +1,4 @@
-// The whole way from a mesh to a stream that meets its target.
+// The whole way from a mesh or a point cloud to a stream that meets its target.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "allocate/allocate.h"
 #include "measure/surface_error.h"
 #include "partition/partition.h"
+#include "points/point_surface.h"
 #include "relief/encoder.h"
 #include "seams/seams.h"
 
@@ -51,7 +52,8 @@ class Stopwatch {
 
 // Everything that does not depend on the target's Lagrangian parameter.
 struct Job {
-  const TriangleMesh& mesh;
+  const TriangleMesh& mesh;    // the input, or the triangles over its points
+  const PointSurface* points;  // of a point cloud, else null
   const EncodeOptions& options;
   Surface surface;
   Topology topology;  // of the surface
@@ -61,7 +63,8 @@ struct Job {
   std::unique_ptr<ErrorMeter> meter;
   double spacing = 0;  // mean spacing of the input's vertices
   bool closed = true;
-  TriangleMesh kept;  // the surface, where components of the mesh were dropped
+  TriangleMesh
+      measured;  // the surface, where that is not the mesh: components were dropped, or faces are curved
   std::unique_ptr<Allocator> allocator;
 };
 
@@ -162,12 +165,16 @@ void prepare(Job& m, Stopwatch& watch) {
   report(m.options, "surface", 0);
   m.surface = build_surface(m.mesh);
   if (m.options.min_component > 0) drop_components(m.mesh, m.options.min_component, m.surface);
+  if (m.points) m.points->bulge(m.surface);
   for (const auto& a : m.surface.adjacent) m.closed = m.closed && a[0] >= 0 && a[1] >= 0 && a[2] >= 0;
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
   m.topology = topology(in_model_units(m.surface));
   watch.lap("surface");
-  const TriangleMesh& measured = m.options.min_component > 0 ? (m.kept = in_model_units(m.surface)) : m.mesh;
-  m.meter = std::make_unique<ErrorMeter>(measured, kErrorSamples);
+  if (!m.surface.bulge.empty())
+    m.measured = curved_mesh(m.surface);
+  else if (m.options.min_component > 0)
+    m.measured = in_model_units(m.surface);
+  m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   watch.lap("measure");
   report(m.options, "partition", 0.05);
   PartitionOptions p = partition_options(m.options);
@@ -442,23 +449,35 @@ void warn_of_topology(const Topology& is, const Topology& should, std::vector<st
 
 }  // namespace
 
-EncodeResult encode(const TriangleMesh& mesh, const EncodeOptions& options) {
+EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
-  Job m = {mesh, options, {}, {}, {}, {}, {}, nullptr, 0, true, {}, nullptr};
+  std::optional<PointSurface> points;
+  if (input.triangles.empty()) {
+    report(options, "points", 0);
+    points.emplace(input);
+    watch.lap("points");
+  }
+  const TriangleMesh& mesh = points ? points->mesh() : input;
+  Job m = {mesh, points ? &*points : nullptr, options, {}, {}, {}, {}, {}, nullptr, 0, true, {}, nullptr};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
-    bytes = options.bits_per_vertex * double(mesh.positions.size()) / 8;
+    bytes = options.bits_per_vertex * double(input.positions.size()) / 8;
   Trial trial = search(m, bytes, result.target_met, watch);
   result.target_met = result.target_met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);
   result.unquantised = std::move(trial.unquantised);
   result.error = trial.error;
-  result.warnings = m.surface.warnings;
+  if (!input.colors.empty()) result.warnings.push_back("left out the colours, which streams do not hold yet");
+  if (points) {
+    const auto& more = points->warnings();
+    result.warnings.insert(result.warnings.end(), more.begin(), more.end());
+  }
+  result.warnings.insert(result.warnings.end(), m.surface.warnings.begin(), m.surface.warnings.end());
   warn_of_topology(trial.topology, m.topology, result.warnings);
-  result.labels.assign(mesh.triangles.size(), -1);
-  for (size_t f = 0; f < m.surface.faces.size(); f++) {
+  result.labels.assign(input.triangles.size(), -1);
+  for (size_t f = 0; f < m.surface.faces.size() && !points; f++) {
     const int label = m.partition.label[f];
     if (label >= 0) result.labels[size_t(m.surface.source[f])] = trial.patch_number[size_t(label)];
   }

@@ -24,6 +24,7 @@ bool read_and_check(Reader reader, const uint8_t* data, size_t size) {
     for (const auto& t : mesh.triangles)
       for (uint32_t i : t) check(i < mesh.positions.size(), "an index is out of range");
     check(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size(), "a vertex has no normal");
+    check(mesh.colors.empty() || mesh.colors.size() == mesh.positions.size(), "a vertex has no colour");
     return true;
   } catch (const InputError& e) {
     const std::string_view line = e.what();

@@ -39,6 +39,24 @@ test('a Relief GLB loads with the arrays that the decoder returns', async () => 
   }
 });
 
+test('a compressed primitive of points loads as points', async () => {
+  const decoder = await createReliefDecoder();
+  const { json, binary } = readGlb(sphereGlb());
+  const primitive = json.meshes[0].primitives[0];
+  primitive.mode = 0;
+  json.accessors.splice(primitive.indices, 1);  // the last one
+  delete primitive.indices;
+  const file = `${outputs}/points.glb`;
+  writeGlb(file, json, binary);
+  const expected = decoder.decode(streamsOf(file)[0]);
+  const { gltf } = await load(file, decoder);
+  const points = [];
+  gltf.scene.traverse(object => object.isPoints && points.push(object));
+  assert.equal(points.length, 1);
+  assert.equal(points[0].geometry.index, null);
+  assert.deepEqual(points[0].geometry.attributes.position.array, expected.positions);
+});
+
 // A scene with: a mesh of one compressed and one plain primitive, used by two nodes; materials; names; a light node.
 function mixedScene() {
   const { json, binary } = readGlb(sphereGlb());

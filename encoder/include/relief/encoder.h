@@ -16,12 +16,13 @@ struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// An indexed triangle mesh, as read from a file. Nothing is promised of it but what a reader checks: indices are in
-// range and coordinates are finite.
+// An indexed triangle mesh, as read from a file, or without triangles a point cloud. Nothing is promised of it but
+// what a reader checks: indices are in range and coordinates are finite.
 struct TriangleMesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<std::array<float, 3>> normals;  // one a position, or empty
+  std::vector<std::array<uint8_t, 4>> colors;  // red, green, blue, opacity; one a position of a cloud, or empty
 };
 
 // Called from the encoding thread: a stage's name and how much of the whole work is done, 0 to 1, never falling.

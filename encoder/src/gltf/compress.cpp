@@ -34,7 +34,7 @@ Json& json_of(Document& document, const Primitive& p) {
 // Why a primitive cannot be coded, as far as its own JSON tells; empty if it can.
 std::string obstacle(const Document& document, const Json& primitive, const std::string& unknown) {
   if (stream_view(primitive) >= 0) return "is compressed already";
-  if (!is_triangles(primitive)) return "draws points or lines";
+  if (!is_triangles(primitive) && !is_points(primitive)) return "draws lines";
   if (std::string codec = foreign_codec(document, primitive); !codec.empty())
     return "is compressed with " + codec;
   for (const auto& [name, accessor] : primitive["attributes"].items())
@@ -90,7 +90,8 @@ void read_candidates(Document& document, const tinygltf::Model& model, std::vect
     p.geometry = read_primitive(document, model, p.mesh, p.number);
     p.report.vertices = p.geometry.positions.size();
     p.report.triangles = p.geometry.triangles.size();
-    if (p.geometry.triangles.empty()) p.report.reason = "has no triangles";
+    if (p.geometry.triangles.empty() && !is_points(json_of(document, p)))
+      p.report.reason = "has no triangles";
     for (size_t input : p.inputs)
       p.report.bytes_before += input_bytes(document, json_of(document, p), p.report.vertices, input);
     if (p.candidate() && p.report.bytes_before <= kJsonBytes)
@@ -239,21 +240,28 @@ void replace_primitives(Document& document, const std::vector<Primitive*>& same,
   const Bytes& stream = same[0]->report.result.stream;
   TriangleMesh mesh = decode(stream.data(), stream.size());
   Json old = json_of(document, *same[0]);
+  const bool points = is_points(old);
   auto replace = [&](const Json* index, const Json& fresh) {
     bool shared = index && uses[index->get<size_t>()].all != same.size();
     return replace_accessor(document, index, shared, fresh, released);
   };
   size_t position = replace(find(old["attributes"], "POSITION"), position_accessor(mesh));
   size_t normal = replace(find(old["attributes"], "NORMAL"), normal_accessor(mesh));
-  size_t indices = replace(find(old, "indices"), index_accessor(mesh));
+  size_t indices = points ? 0 : replace(find(old, "indices"), index_accessor(mesh));
+  if (const Json* unused = points ? find(old, "indices") : nullptr)
+    released.accessors.insert(unused->get<size_t>());
   size_t view = append_view(document, stream);
   for (Primitive* p : same) {
     p->report.compressed = true;
     Json& json = json_of(document, *p);
     json["attributes"]["POSITION"] = position;
     json["attributes"]["NORMAL"] = normal;
-    json["indices"] = indices;
-    if (json.contains("mode")) json["mode"] = 4u;
+    if (points) {
+      json.erase("indices");
+    } else {
+      json["indices"] = indices;
+      if (json.contains("mode")) json["mode"] = 4u;
+    }
     json["extensions"][kExtension] = {{"bufferView", view}};
   }
 }

@@ -1,4 +1,4 @@
-// Replaces compressed primitives by plain ones.
+// Replaces compressed primitives by plain ones: triangles, or points.
 #include <map>
 #include <set>
 
@@ -30,15 +30,16 @@ size_t fill_accessor(Document& document, const Json* old, const Json& fresh, con
   return index;
 }
 
-Filled fill_accessors(Document& document, const Json& primitive, const TriangleMesh& mesh) {
+Filled fill_accessors(Document& document, const Json& primitive, const TriangleMesh& mesh, bool points) {
   const Json& attributes = primitive["attributes"];
   Filled filled{};
   filled.position = fill_accessor(document, find(attributes, "POSITION"), position_accessor(mesh),
                                   position_bytes(mesh), kArrayBuffer);
   filled.normal = fill_accessor(document, find(attributes, "NORMAL"), normal_accessor(mesh),
                                 normal_bytes(mesh), kArrayBuffer);
-  filled.indices = fill_accessor(document, find(primitive, "indices"), index_accessor(mesh),
-                                 index_bytes(mesh), kElementArrayBuffer);
+  if (!points)
+    filled.indices = fill_accessor(document, find(primitive, "indices"), index_accessor(mesh),
+                                   index_bytes(mesh), kElementArrayBuffer);
   return filled;
 }
 
@@ -49,20 +50,25 @@ void check_attributes(const Json& primitive) {
                        ", which its stream does not hold");
 }
 
-void replace_primitive(Document& document, size_t m, size_t i, std::map<int64_t, Filled>& done) {
+void replace_primitive(Document& document, size_t m, size_t i, bool points, std::map<int64_t, Filled>& done) {
   Json old = document.json["meshes"][m]["primitives"][i];
   int64_t view = stream_view(old);
   check_attributes(old);
   if (!done.count(view)) {
     Span stream = view_bytes(document, size_t(view));
-    done[view] = fill_accessors(document, old, decode(stream.data, stream.size, document.decoding));
+    done[view] = fill_accessors(document, old, decode(stream.data, stream.size, document.decoding), points);
   }
   const Filled& filled = done[view];
   Json& json = document.json["meshes"][m]["primitives"][i];
   json["attributes"]["POSITION"] = filled.position;
   json["attributes"]["NORMAL"] = filled.normal;
-  json["indices"] = filled.indices;
-  if (json.contains("mode")) json["mode"] = 4u;
+  if (points) {
+    json.erase("indices");
+    json["mode"] = 0u;
+  } else {
+    json["indices"] = filled.indices;
+    if (json.contains("mode")) json["mode"] = 4u;
+  }
   json["extensions"].erase(kExtension);
   if (json["extensions"].empty()) json.erase("extensions");
 }
@@ -82,7 +88,7 @@ size_t decompress_gltf(const std::string& in, const std::string& out, const Deco
       if (stream_view(primitive) < 0) continue;
       for (const Json& accessor : primitive["attributes"]) old_accessors.insert(accessor.get<size_t>());
       if (const Json* indices = find(primitive, "indices")) old_accessors.insert(indices->get<size_t>());
-      replace_primitive(document, m, i, done);
+      replace_primitive(document, m, i, options.points, done);
       count++;
     }
   if (count > 0) {

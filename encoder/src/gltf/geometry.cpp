@@ -218,6 +218,15 @@ void drop_unused_vertices(TriangleMesh& mesh) {
     for (uint32_t& v : t) v = renumbered[v];
 }
 
+TriangleMesh pick_points(const TriangleMesh& all, const std::vector<uint32_t>& indices) {
+  TriangleMesh points;
+  for (uint32_t i : indices) {
+    points.positions.push_back(all.positions[i]);
+    if (!all.normals.empty()) points.normals.push_back(all.normals[i]);
+  }
+  return points;
+}
+
 TriangleMesh read_plain(const Document& document, const tinygltf::Model& model,
                         const tinygltf::Primitive& primitive) {
   TriangleMesh mesh;
@@ -245,6 +254,8 @@ TriangleMesh read_plain(const Document& document, const tinygltf::Model& model,
     if (indices[i] >= mesh.positions.size())
       throw InputError("index " + std::to_string(i) + " is out of range: " + std::to_string(indices[i]) +
                        " of " + std::to_string(mesh.positions.size()) + " vertices");
+  if (primitive.mode == TINYGLTF_MODE_POINTS)
+    return primitive.indices < 0 ? mesh : pick_points(mesh, indices);
   mesh.triangles = list_triangles(indices, primitive.mode);
   drop_unused_vertices(mesh);
   return mesh;
@@ -301,7 +312,7 @@ TriangleMesh read_primitive(const Document& document, const tinygltf::Model& mod
       Span stream = view_bytes(document, size_t(view));
       return decode(stream.data, stream.size, document.decoding);
     }
-    if (!is_triangles(json)) throw InputError("does not draw triangles");
+    if (!is_triangles(json) && !is_points(json)) throw InputError("draws neither triangles nor points");
     if (std::string codec = foreign_codec(document, json); !codec.empty())
       throw InputError("is compressed with " + codec + ", which relief does not read");
     const tinygltf::Primitive& plain = model.meshes.at(mesh).primitives.at(primitive);
@@ -322,6 +333,8 @@ bool is_triangles(const Json& primitive) {
   uint64_t mode = primitive.value("mode", uint64_t(4));
   return mode >= 4 && mode <= 6;
 }
+
+bool is_points(const Json& primitive) { return primitive.value("mode", uint64_t(4)) == 0; }
 
 std::string foreign_codec(const Document& document, const Json& primitive) {
   if (const Json* extensions = find(primitive, "extensions"))

@@ -1,4 +1,4 @@
-// The triangles of a primitive of a glTF file.
+// The triangles, or points, of a primitive of a glTF file.
 #pragma once
 #include "gltf/document.h"
 #include "gltf/tinygltf_config.h"
@@ -13,17 +13,18 @@ tinygltf::Model geometry_model(const Document& document);
 using Float3s = std::vector<std::array<float, 3>>;
 Float3s read_float3(const Document& document, const tinygltf::Model& model, int accessor);
 
-// The triangles of a primitive in its own space, without the vertices that no triangle uses; decodes
-// RELIEF_patch_compression. Throws InputError for primitives that cannot be read: other modes, Draco,
-// meshopt.
+// The triangles or points of a primitive in its own space, without the vertices that none uses; decodes
+// RELIEF_patch_compression, to the triangles of the surface even if the primitive draws its points. Throws
+// InputError for primitives that cannot be read: other modes, Draco, meshopt.
 TriangleMesh read_primitive(const Document& document, const tinygltf::Model& model, size_t mesh,
                             size_t primitive);
 
 // "mesh 3 'statue' primitive 0"
 std::string primitive_name(const Document& document, size_t mesh, size_t primitive);
 
-// Does it draw triangles: mode 4, 5 or 6?
+// Does it draw triangles: mode 4, 5 or 6? Or points: mode 0?
 bool is_triangles(const Json& primitive);
+bool is_points(const Json& primitive);
 
 // The extension that compresses a primitive or a buffer view of its accessors, other than ours; empty if
 // none.

@@ -25,25 +25,26 @@ struct PrimitiveReport {
 // of bytes.
 using PrimitiveEncoder = std::function<EncodeResult(const TriangleMesh&, double share)>;
 
-// Reads .glb/.gltf `in`, calls `encode_primitive` for every triangle primitive that can be coded, and writes
-// `out`
-// (.glb or .gltf) with the rest of the scene unchanged. Geometry used twice is encoded once. Primitives with
-// attributes other than POSITION and NORMAL, with morph targets, or that share border vertices with another
-// primitive of the same mesh pass through, as do those that would grow and those that `encode_primitive`
-// refuses with an InputError. Accessors, buffer views and bytes that nothing refers to any more are left out;
-// if an extension that we do not know seems to refer to them by index, everything passes through.
+// Reads .glb/.gltf `in`, calls `encode_primitive` for every primitive of triangles or points that can be
+// coded, and writes `out` (.glb or .gltf) with the rest of the scene unchanged. Geometry used twice is
+// encoded once. Primitives with attributes other than POSITION and NORMAL, with morph targets, or that share
+// border vertices with another primitive of the same mesh pass through, as do those that would grow and those
+// that `encode_primitive` refuses with an InputError. Accessors, buffer views and bytes that nothing refers
+// to any more are left out; if an extension that we do not know seems to refer to them by index, everything
+// passes through.
 std::vector<PrimitiveReport> compress_gltf(const std::string& in, const std::string& out,
                                            const PrimitiveEncoder& encode_primitive);
 
-// Writes a scene of one node, one mesh, one primitive for a stream.
-void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& stream);
+// Writes a scene of one node, one mesh, one primitive for a stream; points: it draws them, not triangles.
+void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& stream, bool points = false);
 
-// Writes a plain scene of one primitive. colors: red, green, blue, alpha a vertex, or empty.
+// Writes a plain scene of one primitive: triangles, or points if there are none. colors: red, green, blue,
+// alpha a vertex, or empty.
 void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
                      const std::vector<std::array<uint8_t, 4>>& colors = {});
 
-// Reads `in`, replaces every compressed primitive by a plain one, and writes `out` (.glb or .gltf). Returns
-// how many.
+// Reads `in`, replaces every compressed primitive by a plain one of triangles, or of points if so asked, and
+// writes `out` (.glb or .gltf). Returns how many.
 size_t decompress_gltf(const std::string& in, const std::string& out, const DecodeOptions& options = {});
 
 // All streams of a file: of every primitive of a .glb/.gltf, or the file itself if it is a bare .relief

@@ -79,14 +79,11 @@ class Scene {
  public:
   TriangleMesh mesh;
 
-  explicit Scene(bool points) : points_(points) {}
-
   void add(const TriangleMesh& part, const Matrix& transform) {
     constexpr size_t kMost = std::numeric_limits<int32_t>::max();
     if (part.positions.size() > kMost - mesh.positions.size() ||
         part.triangles.size() > kMost - mesh.triangles.size())
       throw InputError("has too many vertices or triangles");
-    if (part.triangles.empty() && !points_) return;
     Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();
     bool mirrored = linear.determinant() < 0;
     // Normals turn with the cofactors, which exist for singular matrices too.
@@ -106,7 +103,6 @@ class Scene {
 
   void finish() {
     if (!has_normals_) mesh.normals.clear();
-    if (points_) mesh.triangles.clear();
   }
 
  private:
@@ -121,14 +117,22 @@ class Scene {
         throw InputError("vertex " + std::to_string(mesh.positions.size() - 1) +
                          " is not finite in world space");
   }
-  bool points_, has_normals_ = true;
+  bool has_normals_ = true;
 };
 
-void add_mesh(Scene& scene, const Document& document, const tinygltf::Model& model, size_t mesh,
+// Triangles and points apart.
+struct Scenes {
+  Scene triangles, points;
+};
+
+void add_mesh(Scenes& scenes, const Document& document, const tinygltf::Model& model, size_t mesh,
               const std::vector<Matrix>& transforms) {
   for (size_t p = 0; p < model.meshes[mesh].primitives.size(); p++) {
-    if (!is_triangles(document.json["meshes"][mesh]["primitives"][p])) continue;
-    TriangleMesh part = read_primitive(document, model, mesh, p);
+    const Json& json = document.json["meshes"][mesh]["primitives"][p];
+    if (!is_triangles(json) && !is_points(json)) continue;
+    const TriangleMesh part = read_primitive(document, model, mesh, p);
+    if (is_triangles(json) && part.triangles.empty()) continue;
+    Scene& scene = part.triangles.empty() ? scenes.points : scenes.triangles;
     for (const Matrix& transform : transforms) scene.add(part, transform);
   }
 }
@@ -139,7 +143,7 @@ TriangleMesh read_gltf_mesh(const std::string& path, const DecodeOptions& option
   Document document = load_document(path);
   document.decoding = options;
   tinygltf::Model model = geometry_model(document);
-  Scene scene(options.points);
+  Scenes scenes;
   struct Visit {
     int node;
     Matrix parent;
@@ -160,13 +164,13 @@ TriangleMesh read_gltf_mesh(const std::string& path, const DecodeOptions& option
     if (node.mesh >= 0) {
       std::vector<Matrix> transforms = instances(document, model, i);
       for (Matrix& transform : transforms) transform = world * transform;
-      add_mesh(scene, document, model, size_t(node.mesh), transforms);
+      add_mesh(scenes, document, model, size_t(node.mesh), transforms);
     }
     for (size_t c = node.children.size(); c-- > 0;) stack.push_back({node.children[c], world});
   }
+  Scene& scene = scenes.triangles.mesh.triangles.empty() ? scenes.points : scenes.triangles;
   scene.finish();
   if (scene.mesh.positions.empty()) throw InputError("has no vertices");
-  if (scene.mesh.triangles.empty() && !options.points) throw InputError("has no faces");
   return std::move(scene.mesh);
 }
 

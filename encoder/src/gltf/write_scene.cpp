@@ -4,7 +4,7 @@
 
 namespace relief {
 
-void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& stream) {
+void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& stream, bool points) {
   TriangleMesh mesh = decode(stream.data(), stream.size());
   Document document = one_primitive_document();
   document.directory = std::filesystem::path(out).parent_path();
@@ -12,18 +12,20 @@ void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& strea
   add_name(document.json, "extensionsRequired", kExtension);
   size_t position = append(document.json, "accessors", position_accessor(mesh));
   size_t normal = append(document.json, "accessors", normal_accessor(mesh));
-  size_t indices = append(document.json, "accessors", index_accessor(mesh));
+  size_t indices = points ? 0 : append(document.json, "accessors", index_accessor(mesh));
   size_t view = append_view(document, stream);
   Json& primitive = document.json["meshes"][0]["primitives"][0];
   primitive["attributes"] = {{"POSITION", position}, {"NORMAL", normal}};
-  primitive["indices"] = indices;
+  if (points)
+    primitive["mode"] = 0u;
+  else
+    primitive["indices"] = indices;
   primitive["extensions"] = {{kExtension, {{"bufferView", view}}}};
   save_document(std::move(document), out);
 }
 
 void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
                      const std::vector<std::array<uint8_t, 4>>& colors) {
-  if (mesh.triangles.empty()) throw InputError("has no faces");
   Document document = one_primitive_document();
   document.directory = std::filesystem::path(out).parent_path();
   Json& root = document.json;
@@ -43,10 +45,12 @@ void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
         {"componentType", kUnsignedByte}, {"normalized", true}, {"count", colors.size()}, {"type", "VEC4"}};
     attributes["COLOR_0"] = add(std::move(accessor), bytes, kArrayBuffer);
   }
-  size_t indices = add(index_accessor(mesh), index_bytes(mesh), kElementArrayBuffer);
   Json& primitive = root["meshes"][0]["primitives"][0];
   primitive["attributes"] = std::move(attributes);
-  primitive["indices"] = indices;
+  if (mesh.triangles.empty())
+    primitive["mode"] = 0u;
+  else
+    primitive["indices"] = add(index_accessor(mesh), index_bytes(mesh), kElementArrayBuffer);
   save_document(std::move(document), out);
 }
 

@@ -100,10 +100,19 @@ class Rasteriser {
         const size_t i = size_t(y) * fine_.width + size_t(x);
         if (fine_.owner[i]) continue;
         fine_.owner[i] = mixed ? owner_at(f, a, b, c) : owner;
-        fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2]);
+        fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2] + bulge_at(f, a, b, c));
         if (x % kOversampling == 0 && y % kOversampling == 0)
           fine_.face[size_t(y / kOversampling) * map_width_ + size_t(x / kOversampling)] = f;
       }
+  }
+
+  // Of point clouds: how much higher over the plane the surface lies than the face. The quadratic with the
+  // given values over the middles of the edges; along the plane's normal, which may be at an angle.
+  double bulge_at(int f, double a, double b, double c) const {
+    if (s_.bulge.empty()) return 0;
+    const auto& h = s_.bulge[size_t(f)];
+    return 4 * (a * b * double(h[0]) + b * c * double(h[1]) + c * a * double(h[2])) /
+           std::max(0.1, s_.normals[size_t(f)].dot(n_));
   }
 
   // The label with the largest interpolated weight times how well its plane faces the surface there.

@@ -40,20 +40,29 @@ TriangleMesh read_mesh(const std::string& path, const DecodeOptions& options) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
   TriangleMesh mesh;
+  bool may_be_points = true;
   if (extension == ".ply") {
     mesh = read_ply(read_file(path));
-  } else if (extension == ".obj") {
-    mesh = read_obj(read_file(path));
-  } else if (extension == ".off") {
-    mesh = read_off(read_file(path));
-  } else if (extension == ".stl") {
-    mesh = read_stl(read_file(path));
+  } else if (extension == ".xyz") {
+    mesh = read_xyz(read_file(path));
+  } else if (extension == ".pcd") {
+    mesh = read_pcd(read_file(path));
   } else if (extension == ".glb" || extension == ".gltf") {
     mesh = read_gltf_mesh(path, options);
   } else {
-    throw InputError("unknown format '" + extension + "' (known: .ply .obj .off .stl .glb .gltf)");
+    may_be_points = false;
+    if (extension == ".obj")
+      mesh = read_obj(read_file(path));
+    else if (extension == ".off")
+      mesh = read_off(read_file(path));
+    else if (extension == ".stl")
+      mesh = read_stl(read_file(path));
+    else
+      throw InputError("unknown format '" + extension +
+                       "' (known: .ply .xyz .pcd .obj .off .stl .glb .gltf)");
   }
-  check_mesh(mesh, options.points);
+  check_mesh(mesh);
+  if (mesh.triangles.empty() && !may_be_points) throw InputError("has no faces");
   return mesh;
 }
 

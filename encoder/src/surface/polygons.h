@@ -33,14 +33,13 @@ class PolygonFan {
 };
 
 // Called by read_mesh for every format. points: there need be no faces.
-inline void check_mesh(const TriangleMesh& mesh, bool points = false) {
+inline void check_mesh(const TriangleMesh& mesh) {
   if (mesh.positions.empty()) throw InputError("has no vertices");
   for (size_t i = 0; i < mesh.positions.size(); i++)
     for (float c : mesh.positions[i])
       if (!std::isfinite(c))
         throw InputError("vertex " + std::to_string(i) + " has a coordinate that is " +
                          (std::isnan(c) ? "not a number" : "infinite"));
-  if (mesh.triangles.empty() && !points) throw InputError("has no faces (point clouds come later)");
 }
 
 }  // namespace relief

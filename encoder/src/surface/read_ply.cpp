@@ -1,5 +1,6 @@
-// PLY: ascii, binary little endian, binary big endian. Any elements and properties; x, y, z, nx, ny, nz of
-// `vertex` and vertex_indices (or vertex_index) of `face` are used, all others are skipped.
+// PLY: ascii, binary little endian, binary big endian. Any elements and properties; x, y, z, nx, ny, nz and
+// red, green, blue, alpha (of one byte) of `vertex` and vertex_indices (or vertex_index) of `face` are used,
+// all others are skipped.
 #include <array>
 #include <bit>
 #include <cstring>
@@ -183,28 +184,35 @@ void skip_property(const Property& property, Source& source) {
 
 template <class Source>
 void read_vertices(const Element& element, Source& source, TriangleMesh& mesh) {
-  // Where each property goes: 0-2 position, 3-5 normal, -1 nowhere.
-  constexpr std::string_view names[] = {"x", "y", "z", "nx", "ny", "nz"};
+  // Where each property goes: 0-2 position, 3-5 normal, 6-9 colour, -1 nowhere.
+  constexpr std::string_view names[] = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha"};
   std::vector<int> target(element.properties.size(), -1);
-  std::array<int, 6> found{};
+  std::array<int, 10> found{};
   for (size_t k = 0; k < target.size(); k++)
-    for (int j = 0; j < 6; j++)
-      if (element.properties[k].name == names[j] && !element.properties[k].count_type)
+    for (int j = 0; j < 10; j++) {
+      const Property& p = element.properties[k];
+      if (p.name == names[j] && !p.count_type && (j < 6 || p.type == Type::kUint8))
         target[k] = j, found[j] = 1;
+    }
   if (!found[0] || !found[1] || !found[2]) throw InputError("the vertices have no x, y and z");
-  bool normals = found[3] && found[4] && found[5];
+  bool normals = found[3] && found[4] && found[5], colors = found[6] && found[7] && found[8];
   mesh.positions.reserve(element.count);
   if (normals) mesh.normals.reserve(element.count);
+  if (colors) mesh.colors.reserve(element.count);
   for (uint64_t i = 0; i < element.count; i++) {
     float value[6] = {};
+    std::array<uint8_t, 4> color = {0, 0, 0, 255};
     for (size_t k = 0; k < target.size(); k++) {
-      if (target[k] >= 0)
+      if (target[k] >= 6)
+        color[size_t(target[k] - 6)] = uint8_t(source.integer(Type::kUint8));
+      else if (target[k] >= 0)
         value[target[k]] = source.real(element.properties[k].type);
       else
         skip_property(element.properties[k], source);
     }
     mesh.positions.push_back({value[0], value[1], value[2]});
     if (normals) mesh.normals.push_back({value[3], value[4], value[5]});
+    if (colors) mesh.colors.push_back(color);
   }
 }
 

@@ -12,5 +12,7 @@ TriangleMesh read_ply(std::string_view bytes);
 TriangleMesh read_obj(std::string_view bytes);
 TriangleMesh read_off(std::string_view bytes);
 TriangleMesh read_stl(std::string_view bytes);
+TriangleMesh read_xyz(std::string_view bytes);
+TriangleMesh read_pcd(std::string_view bytes);
 
 }  // namespace relief

@@ -26,6 +26,9 @@ struct Surface {
   std::vector<double> areas;   // one a face
   std::vector<int> component;  // connected component (by edges) of each face, numbered from 0
   std::vector<double> component_area;
+  // Of point clouds, else empty: how high the surface lies over the middle of each edge, along the normal
+  // there; see points/point_surface.h.
+  std::vector<std::array<float, 3>> bulge;
   std::vector<int> source;  // the triangle of the input that each face came from
   double total_area = 0;
   Vec3 origin = Vec3::Zero();

@@ -71,6 +71,21 @@ std::string obj_bytes(const TriangleMesh& mesh) {
   return out;
 }
 
+// Of a point cloud.
+std::string xyz_bytes(const TriangleMesh& cloud) {
+  std::string out;
+  for (size_t i = 0; i < cloud.positions.size(); i++) {
+    const char* between = "";
+    auto vector = [&](const std::array<float, 3>& v) {
+      for (float c : v) out += between, append_number(out, c), between = " ";
+    };
+    vector(cloud.positions[i]);
+    if (!cloud.normals.empty()) vector(cloud.normals[i]);
+    out += '\n';
+  }
+  return out;
+}
+
 // The JSON chunk of a scene of one node, one mesh, one primitive; offsets are in the binary chunk.
 std::string glb_json(const TriangleMesh& mesh) {
   size_t vectors = mesh.positions.size() * 12, normals = mesh.normals.size() * 12;
@@ -158,7 +173,8 @@ void write_points(const std::string& path, const TriangleMesh& mesh) {
   std::string extension = extension_of(path);
   if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
   if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
-  throw InputError("unknown format '" + extension + "' to write points (known: .ply .obj)");
+  if (extension == ".xyz") return write_atomically(path, xyz_bytes(mesh));
+  throw InputError("unknown format '" + extension + "' to write points (known: .ply .obj .xyz)");
 }
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh) {
