@@ -1,4 +1,4 @@
-// ledger MODEL [--error E | --bytes N] [--json]: encodes a model and tells where the bytes of the stream go
+// ledger MODEL [--error E | --bytes N] [--density MU] [--no-fit] [--json]: encodes a model and tells where the bytes of the stream go
 // and where the error of the decoded surface lies. Errors are in 1e-4 of the diagonal of the bounding box.
 #include "code/ledger.h"
 
@@ -201,14 +201,17 @@ void print_text(const Report& r) {
 int main(int argc, char** argv) {
   CLI::App app("Where the bytes of a stream go, and where the error of what it decodes to lies");
   std::string model;
-  bool json = false;
+  bool json = false, no_fit = false;
   relief::EncodeOptions options;
   app.add_option("MODEL", model, ".ply .obj .off .stl .glb .gltf")->required();
   CLI::Option* error =
       app.add_option("--error", options.error, "Target, as a fraction of the diagonal (1e-4)");
   app.add_option("--bytes", options.bytes, "Target, bytes of the stream")->excludes(error);
+  app.add_option("--density", options.density, "Grid spacing over the mean vertex spacing");
+  app.add_flag("--no-fit", no_fit, "Sample elevations instead of fitting them by least squares");
   app.add_flag("--json", json, "Print JSON");
   CLI11_PARSE(app, argc, argv);
+  options.fit = !no_fit;
   try {
     const relief::Report report = relief::report_of(relief::read_mesh(model), options);
     if (json)

@@ -236,6 +236,43 @@ TEST_F(CommandLine, CodesBitPlanes) {
   EXPECT_NE(run("info t.relief").out.find("bit plane 0"), std::string::npos);
 }
 
+// --density: with 1 a patch has about as many pixels as vertices (3.4). Spacings are quarter powers of two apart, so that
+// pixels are at most 19% more or fewer, and there is a rim around every patch. Twice the density is half the spacing.
+TEST_F(CommandLine, DensityIsThatOfTheVertices) {
+  write_text(folder / "sphere.ply", ply_of(make_sphere(5)));
+  std::vector<double> spacing;
+  for (const double density : {0.7, 1.4}) {
+    const std::string mu = std::to_string(density);
+    ASSERT_EQ(run("encode sphere.ply s.relief --error 5e-3 --quiet --density " + mu).code, 0);
+    const TestJson stream = run("info s.relief --json").json()["streams"][0];
+    const double share = stream["pixel_count"].get<double>() * density * density / 10242;
+    EXPECT_GT(share, 0.8) << mu;
+    EXPECT_LT(share, 1.4) << mu;
+    spacing.push_back(stream["patches"][0]["spacing"].get<double>());
+  }
+  EXPECT_NEAR(spacing[1] / spacing[0], 2, 1e-6);
+}
+
+TEST_F(CommandLine, PartitionAsAsked) {
+  const auto patches = [&](const std::string& options) {
+    Result encoded = run("encode torus.ply t.relief --error 2e-3 --json " + options);
+    EXPECT_EQ(encoded.code, 0) << options << encoded.err;
+    EXPECT_LE(run("compare torus.ply t.relief --samples 100000 --json").json()["e_rms"].get<double>(), 20.6) << options;
+    return encoded.json()["primitives"][0]["patches"].get<int>();
+  };
+  const int usual = patches("");
+  EXPECT_EQ(patches("--partition gla --plane average --aperture 80"), usual);
+  EXPECT_GT(patches("--aperture 30"), usual);
+  EXPECT_LE(patches("--aperture 89"), usual);
+  const TestBytes gla = read_bytes(folder / "t.relief");
+  patches("--aperture 89 --partition split-merge");
+  const TestBytes split_merge = read_bytes(folder / "t.relief");
+  EXPECT_NE(split_merge, gla);
+  patches("--aperture 89 --partition split-merge --plane cone");
+  EXPECT_NE(read_bytes(folder / "t.relief"), split_merge);
+  patches("--no-fit");
+}
+
 TEST_F(CommandLine, SaysWhenTheTargetCannotBeMet) {
   Result encoded = run("encode torus.ply t.relief --bytes 20");
   EXPECT_EQ(encoded.code, 3);
@@ -303,7 +340,8 @@ TEST_F(CommandLine, WrongCommandLines) {
         "encode torus.ply t.glb --error x", "encode torus.ply t.glb --bytes 100 --bpv 1",
         "encode torus.ply t.glb --error 1e-4 --bytes 100", "encode torus.ply t.glb --threads 0",
         "encode torus.ply t.glb --coder zip", "encode torus.ply t.glb --allocation odd",
-        "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
+        "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --partition kmeans",
+        "encode torus.ply t.glb --plane best", "encode torus.ply t.glb --density 0", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
         "compare torus.ply", "info", "compare torus.ply torus.ply --heatmap h.png"}) {
     Result result = run(arguments);
     EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;

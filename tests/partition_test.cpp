@@ -5,16 +5,20 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <random>
 #include <set>
 
 #include "partition/boundary_shape.h"
 #include "partition/connected.h"
+#include "partition/enclosing_cone.h"
 #include "partition/gla.h"
 #include "partition/label_diffusion.h"
 #include "partition/merge.h"
 #include "partition/overlap.h"
+#include "partition/split_merge.h"
 #include "shapes.h"
 #include "surface/import.h"
 
@@ -94,14 +98,17 @@ void expect_height_fields(const Surface& surface, const Partition& partition, do
 }
 
 // Everything that partition.h promises.
-Partition checked_partition(const Surface& surface, double aperture = kAperture) {
+Partition checked_partition(const Surface& surface, double aperture = kAperture,
+                            Clustering clustering = Clustering::kLloyd, Plane plane = Plane::kAverage) {
   PartitionOptions options;
   options.aperture = aperture;
-  const Partition partition = partition_gla(surface, options);
+  options.clustering = clustering;
+  options.plane = plane;
+  const Partition partition = partition_surface(surface, options);
   EXPECT_EQ(partition.label.size(), surface.faces.size());
   expect_labelled(surface, partition);
   EXPECT_EQ(count_pieces(surface, partition.label), static_cast<int>(partition.normal.size()));
-  expect_planes_are_averages(surface, partition);
+  if (plane == Plane::kAverage) expect_planes_are_averages(surface, partition);
   expect_cones(surface, partition.label, partition.normal, aperture + kSlack);
   expect_height_fields(surface, partition, mean_spacing(surface));
   return partition;
@@ -236,7 +243,7 @@ TEST(Partition, SingleTriangle) {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles = {{0, 1, 2}};
-  const Partition partition = partition_gla(build_surface(mesh), {});
+  const Partition partition = partition_surface(build_surface(mesh), {});
   ASSERT_EQ(partition.label, std::vector<int>{0});
   EXPECT_NEAR(partition.normal[0].z(), 1, 1e-12);
 }
@@ -252,25 +259,37 @@ TEST(Partition, FacesWithoutArea) {
   surface.component = {0, 0, 1};
   surface.component_area = {1, 0};
   surface.total_area = 1;
-  EXPECT_EQ(partition_gla(surface, {}).label, (std::vector<int>{0, 0, -1}));
+  for (const Clustering clustering : {Clustering::kLloyd, Clustering::kSplitMerge})
+    for (const Plane plane : {Plane::kAverage, Plane::kCone}) {
+      PartitionOptions options;
+      options.clustering = clustering;
+      options.plane = plane;
+      const Partition partition = partition_surface(surface, options);
+      EXPECT_EQ(partition.label, (std::vector<int>{0, 0, -1}));
+      EXPECT_NEAR(partition.normal[0].z(), 1, 1e-12);
+    }
 }
 
 TEST(Partition, SameOnAnyNumberOfThreads) {
   const Surface surface = build_surface(make_bumpy_sphere(6, 0.15, 13));
-  Partition results[2];
-  for (int threads : {1, 2}) {
-    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-    results[threads - 1] = partition_gla(surface, {});
+  for (const Clustering clustering : {Clustering::kLloyd, Clustering::kSplitMerge}) {
+    Partition results[2];
+    for (int threads : {1, 2}) {
+      tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
+      PartitionOptions options;
+      options.clustering = clustering;
+      results[threads - 1] = partition_surface(surface, options);
+    }
+    EXPECT_EQ(results[0].label, results[1].label);
+    EXPECT_EQ(results[0].normal, results[1].normal);
   }
-  EXPECT_EQ(results[0].label, results[1].label);
-  EXPECT_EQ(results[0].normal, results[1].normal);
 }
 
 TEST(Partition, ProgressNeverFalls) {
   PartitionOptions options;
   std::vector<double> seen;
   options.progress = [&](double done) { seen.push_back(done); };
-  partition_gla(build_surface(make_torus(60, 30)), options);
+  partition_surface(build_surface(make_torus(60, 30)), options);
   ASSERT_FALSE(seen.empty());
   EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
   EXPECT_EQ(seen.back(), 1);
@@ -283,6 +302,184 @@ TEST(Lloyd, PatchesSatisfyTheConeExactly) {
     const Patches patches = generalized_lloyd(cone, surface, [](double) {});
     expect_cones(surface, patches.label, patches.normal, 60);
   }
+}
+
+std::vector<TriangleMesh> various_shapes() {
+  return {make_sphere(5),       make_bumpy_sphere(6, 0.15, 13),
+          make_torus(200, 100), make_cube(1),
+          make_cube(30),        make_plate(60),
+          make_waves(60),       joined(make_nested_spheres(4), moved(make_sphere(2, 0.01), 3, 0, 0))};
+}
+
+// Without smoother boundaries: no slack, every patch connected, every face in one.
+TEST(SplitMerge, PatchesSatisfyTheConeExactly) {
+  for (const double aperture : {30.0, 60.0, 89.0})
+    for (const TriangleMesh& mesh : various_shapes()) {
+      const Surface surface = build_surface(mesh);
+      const Patches patches = split_merge(make_normal_cone(surface, aperture), surface, 20);
+      expect_labelled(surface, {patches.label, patches.normal});
+      expect_cones(surface, patches.label, patches.normal, aperture);
+      EXPECT_EQ(count_pieces(surface, patches.label), static_cast<int>(patches.normal.size()));
+    }
+}
+
+TEST(SplitMerge, KeepsWhatAPartitionPromises) {
+  for (const TriangleMesh& mesh : various_shapes())
+    checked_partition(build_surface(mesh), kAperture, Clustering::kSplitMerge);
+}
+
+// 3.3: a small alpha leads to many clusters, which merging under a larger beta makes few; with beta = alpha
+// far more stay.
+TEST(SplitMerge, MergingLeavesFewPatches) {
+  const Surface surface = build_surface(make_bumpy_sphere(6, 0.15, 13));
+  const auto count = [&](double alpha, double beta) {
+    return split_merge(make_normal_cone(surface, beta), surface, alpha).normal.size();
+  };
+  const size_t narrow = count(10, 10), merged = count(10, 80), coarse = count(60, 80);
+  EXPECT_GE(narrow, 132u);  // cones of 10 degrees that cover a sphere
+  EXPECT_LE(merged, narrow / 10);
+  EXPECT_LE(coarse, narrow / 10);
+  EXPECT_GE(std::min(merged, coarse), 3u);
+}
+
+TEST(SplitMerge, FlatIsOnePatch) {
+  const Surface surface = build_surface(make_waves(60));
+  EXPECT_EQ(split_merge(make_normal_cone(surface, kAperture), surface, 5).normal.size(), 1u);
+}
+
+// The queue takes the cheapest pair first: of three strips in a row, the middle one joins the side it is more
+// alike.
+TEST(SplitMerge, TheCheapestPairIsMergedFirst) {
+  const Surface surface = build_surface(make_height_field(30, [](double x, double) {
+    return x < -1.0 / 3 ? 0.0 : x < 1.0 / 3 ? 0.2 * (x + 1.0 / 3) : 0.2 * 2 / 3 + 1.2 * (x - 1.0 / 3);
+  }));
+  Patches strips;
+  for (const Vec3& n : surface.normals) strips.label.push_back(n.z() > 0.99 ? 0 : n.z() > 0.9 ? 1 : 2);
+  strips.normal.assign(3, Vec3::UnitZ());
+  ASSERT_EQ(count_pieces(surface, strips.label), 3);
+  refit(surface, strips);
+  NormalCone cone = make_normal_cone(surface, 22);  // any two neighbours fit into it, all three do not
+  merge_cheapest(cone, surface, strips);
+  EXPECT_EQ(strips.normal.size(), 2u);
+  std::set<int> of[3];
+  for (size_t f = 0; f < surface.faces.size(); ++f) {
+    const double z = surface.normals[f].z();
+    of[z > 0.99 ? 0 : z > 0.9 ? 1 : 2].insert(strips.label[f]);
+  }
+  EXPECT_EQ(of[0], of[1]);
+  EXPECT_NE(of[1], of[2]);
+}
+
+// The largest cosine of a cone around these normals: its rim holds two opposite, or three.
+double best_cosine(const std::vector<Vec3>& n) {
+  double best = 0;
+  const auto consider = [&](Vec3 axis, const Vec3& rim) {
+    if (axis.norm() < 1e-12) return;
+    axis.normalize();
+    if (axis.dot(rim) < 0) axis = -axis;
+    double least = 1;
+    for (const Vec3& m : n) least = std::min(least, axis.dot(m));
+    best = std::max(best, least);
+  };
+  for (size_t i = 0; i < n.size(); ++i) {
+    consider(n[i], n[i]);
+    for (size_t j = 0; j < i; ++j) {
+      consider(n[i] + n[j], n[i]);
+      for (size_t k = 0; k < j; ++k) consider((n[j] - n[i]).cross(n[k] - n[i]), n[i]);
+    }
+  }
+  return best;
+}
+
+Vec3 random_direction(std::mt19937& random, const Vec3& around, double spread) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  const Vec3 offset(u(random), u(random), u(random));
+  return (around + spread * offset).normalized();
+}
+
+TEST(EnclosingCone, IsTheSmallestOne) {
+  std::mt19937 random(7);
+  int without = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Vec3 around = random_direction(random, Vec3::Zero(), 1);
+    const double spread = std::pow(10, 1 - 4.0 * (trial % 10) / 9);  // 10: all over the sphere, to 0.001
+    std::vector<Vec3> normals;
+    for (int i = 0; i < 1 + trial % 14; ++i) normals.push_back(random_direction(random, around, spread));
+    if (trial % 3 == 0) normals.push_back(normals[0]);  // twice the same
+    const EnclosingCone cone = smallest_enclosing_cone(normals);
+    const double best = best_cosine(normals);
+    if (best < 1e-5) {
+      EXPECT_LT(cone.cosine, 1e-5);
+      ++without;
+      continue;
+    }
+    EXPECT_NEAR(cone.cosine, best, 1e-10) << "trial " << trial;
+    EXPECT_NEAR(cone.axis.norm(), 1, 1e-12);
+    for (const Vec3& n : normals) EXPECT_GE(n.dot(cone.axis), cone.cosine);
+  }
+  EXPECT_GT(without, 20);
+}
+
+TEST(EnclosingCone, ManyNormalsOfACapAndDegenerateSets) {
+  std::mt19937 random(3);
+  const double aperture = 70;
+  std::vector<Vec3> cap;
+  for (int i = 0; i < 100000; ++i) {  // the rim is hit by every tenth
+    const double t =
+        i % 10 ? std::acos(1 - (1 - cosine(aperture)) * (random() / 4294967296.0)) : aperture * M_PI / 180;
+    const double u = 2 * M_PI * (random() / 4294967296.0);
+    cap.push_back(Vec3(std::sin(t) * std::cos(u), std::cos(t), std::sin(t) * std::sin(u)));
+  }
+  const EnclosingCone cone = smallest_enclosing_cone(cap);
+  EXPECT_NEAR(cone.cosine, cosine(aperture), 1e-7);
+  EXPECT_NEAR(cone.axis.y(), 1, 1e-10);
+
+  EXPECT_EQ(smallest_enclosing_cone({}).axis, Vec3::Zero());
+  EXPECT_NEAR(smallest_enclosing_cone({Vec3::UnitX()}).cosine, 1, 1e-12);
+  EXPECT_EQ(smallest_enclosing_cone({Vec3::UnitX(), -Vec3::UnitX()}).axis, Vec3::Zero());
+  const std::vector<Vec3> axes = {Vec3::UnitX(), -Vec3::UnitX(), Vec3::UnitY(), -Vec3::UnitY(),
+                                  Vec3::UnitZ()};
+  EXPECT_EQ(smallest_enclosing_cone(axes).cosine, 0);
+}
+
+// Planes by the smallest cone keep every promise; of a shape without noise no patch's aperture is wider for
+// it.
+TEST(Partition, PlanesBySmallestCones) {
+  for (const TriangleMesh& mesh : various_shapes()) {
+    const Surface surface = build_surface(mesh);
+    const Partition average = checked_partition(surface);
+    const Partition cones = checked_partition(surface, kAperture, Clustering::kLloyd, Plane::kCone);
+    ASSERT_EQ(cones.label, average.label);
+    const NormalCone cone = make_normal_cone(surface, kAperture);
+    const FaceLists lists = faces_by_patch(average.label, average.normal.size());
+    for (int p = 0; p < static_cast<int>(average.normal.size()); ++p) {
+      double by_average = 1, by_cone = 1;
+      for (const int* f = lists.begin(p); f != lists.end(p); ++f) {
+        const Vec3 n = cone.cells.smooth[*f].cast<double>();
+        by_average = std::min(by_average, n.dot(average.normal[p]));
+        by_cone = std::min(by_cone, n.dot(cones.normal[p]));
+      }
+      EXPECT_GE(by_cone, by_average - 1e-6);
+    }
+  }
+}
+
+// Equation (4) by its definition: a cube's sides over their own planes cost nothing; over one plane for all
+// of a patch around a corner, 2 - 2 / sqrt(3).
+TEST(Partition, Cost) {
+  const Surface surface = build_surface(make_cube(10));
+  std::vector<int> sides, corners;
+  for (const Vec3& n : surface.normals) {
+    int axis;
+    n.cwiseAbs().maxCoeff(&axis);
+    sides.push_back(2 * axis + (n[axis] > 0));
+    corners.push_back(n[axis] > 0);
+  }
+  std::vector<Vec3> plane(6, Vec3::Zero());
+  for (size_t f = 0; f < sides.size(); ++f) plane[sides[f]] = surface.normals[f];
+  EXPECT_NEAR(partition_cost(surface, {sides, plane}), 0, 1e-12);
+  const Vec3 corner = Vec3(1, 1, 1).normalized();
+  EXPECT_NEAR(partition_cost(surface, {corners, {-corner, corner}}), 2 - 2 / std::sqrt(3), 1e-9);
 }
 
 // A patch for each side of a cube.

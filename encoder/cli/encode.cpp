@@ -14,7 +14,7 @@ struct Arguments {
   Common common;
   std::string in, out, patches;
   EncodeOptions options;
-  std::string coder = "subband", allocation = "rd";
+  std::string coder = "subband", allocation = "rd", partition = "gla", plane = "average";
   bool no_fit = false;
 };
 
@@ -29,6 +29,8 @@ EncodeOptions options_for(const Arguments& arguments, double share) {
   options.fit = !arguments.no_fit;
   options.coder = arguments.coder == "bisk" ? Coder::kBisk : Coder::kSubband;
   options.allocation = arguments.allocation == "even" ? Allocation::kEven : Allocation::kRateDistortion;
+  options.clustering = arguments.partition == "gla" ? Clustering::kLloyd : Clustering::kSplitMerge;
+  options.plane = arguments.plane == "cone" ? Plane::kCone : Plane::kAverage;
   if (options.bytes > 0) options.bytes = std::max<uint64_t>(1, uint64_t(double(options.bytes) * share));
   return options;
 }
@@ -210,13 +212,23 @@ void add_encode(CLI::App& app, Run& run) {
       ->type_name("NAME")
       ->check(CLI::IsMember({"rd", "even"}));
   command
+      ->add_option("--partition", a->partition,
+                   "Patches by Lloyd's algorithm: gla (default); or by splitting and merging: split-merge")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"gla", "split-merge"}));
+  command
+      ->add_option("--plane", a->plane,
+                   "A patch's plane by the average of its normals (default), or their smallest cone: cone")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"average", "cone"}));
+  command
       ->add_option("--aperture", a->options.aperture,
                    "Largest angle between a patch's normals and its plane's (default 80)")
       ->type_name("DEG")
       ->check(CLI::Range(1.0, 89.0));
   command
       ->add_option("--density", a->options.density,
-                   "Grid spacing over the mean vertex spacing (default: chosen patch by patch)")
+                   "Grid spacing over that of the patch's vertices (default: by rate-distortion)")
       ->type_name("MU")
       ->check(CLI::Range(0.05, 100.0));
   command

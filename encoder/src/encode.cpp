@@ -144,6 +144,14 @@ void drop_components(const TriangleMesh& mesh, size_t least, Surface& surface) {
   surface.warnings = std::move(warnings);
 }
 
+PartitionOptions partition_options(const EncodeOptions& o) {
+  PartitionOptions p;
+  p.aperture = o.aperture;
+  p.clustering = o.clustering;
+  p.plane = o.plane;
+  return p;
+}
+
 // What the partition leaves to do before patches can be sampled.
 void gather(Job& m, Stopwatch& watch) {
   m.ownership = diffuse_labels(m.surface, m.partition, kDiffusionRounds);
@@ -169,10 +177,9 @@ void prepare(Job& m, Stopwatch& watch) {
   m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   watch.lap("measure");
   report(m.options, "partition", 0.05);
-  PartitionOptions p;
-  p.aperture = m.options.aperture;
+  PartitionOptions p = partition_options(m.options);
   p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
-  m.partition = partition_gla(m.surface, p);
+  m.partition = partition_surface(m.surface, p);
   watch.lap("partition");
   report(m.options, "resample", 0.4);
   gather(m, watch);
@@ -323,8 +330,7 @@ bool split_what_is_missed(Job& m, const Trial& t, double error, Stopwatch& watch
   constexpr double kFar = 4;      // times the error
   constexpr double kBits = 3000;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, t.mesh);
-  PartitionOptions p;
-  p.aperture = m.options.aperture;
+  const PartitionOptions p = partition_options(m.options);
   const bool any =
       split_missed(m.surface, p, {distance, kFar * error * kLatticeDiagonal, kBits * t.lambda}, m.partition);
   watch.lap("partition");

@@ -35,6 +35,12 @@ enum class Coder { kSubband, kBisk };
 // How bisk shares the bits of a prefix among patches (3.6): to where they lower the error most, or as many for each pixel.
 enum class Allocation { kRateDistortion, kEven };
 
+// How the surface is cut into patches (3.3): generalised Lloyd, which takes the fewest patches; or splitting and merging.
+enum class Clustering { kLloyd, kSplitMerge };
+
+// The normal of a patch's plane: the average of its normals (3.3); or the axis of the smallest cone around them (3.2).
+enum class Plane { kAverage, kCone };
+
 struct EncodeOptions {
   // The target. Exactly one of these is used: bytes if it is not zero, else bits_per_vertex if not zero, else error.
   double error = 1e-4;         // symmetric rms error (paper, equation 2) as a fraction of the bounding box diagonal
@@ -42,8 +48,10 @@ struct EncodeOptions {
   double bits_per_vertex = 0;  // bits of the stream per vertex of the input
 
   double aperture = 80;  // degrees; largest angle between a normal of a patch and its plane's normal (3.2)
-  double density = 0;    // mu of 3.4: grid spacing over the mean spacing of the input's vertices; 0: by
-                         // rate-distortion, patch by patch (3.6)
+  Clustering clustering = Clustering::kLloyd;
+  Plane plane = Plane::kAverage;
+  double density = 0;    // mu of 3.4: with 1 a patch has as many pixels as vertices, with 2 a quarter, to the nearest
+                         // quarter power of two in spacing; 0: by rate-distortion, patch by patch (3.6)
   size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
   bool fit = true;           // least-squares fitting of elevations (4.1)
   Coder coder = Coder::kSubband;

@@ -8,32 +8,6 @@ namespace {
 
 constexpr int kRounds = 8;
 
-struct Piece {
-  int patch;
-  double area = 0;
-  std::vector<int> faces;
-};
-
-std::vector<Piece> pieces_of(const Surface& surface, const std::vector<int>& label) {
-  std::vector<Piece> pieces;
-  std::vector<char> seen(label.size(), 0);
-  for (size_t f = 0; f < label.size(); ++f) {
-    if (seen[f] || label[f] < 0) continue;
-    Piece piece{label[f], 0, {static_cast<int>(f)}};
-    seen[f] = 1;
-    for (size_t i = 0; i < piece.faces.size(); ++i) {
-      piece.area += surface.areas[piece.faces[i]];
-      for (int g : surface.adjacent[piece.faces[i]])
-        if (g >= 0 && !seen[g] && label[g] == label[f]) {
-          seen[g] = 1;
-          piece.faces.push_back(g);
-        }
-    }
-    pieces.push_back(std::move(piece));
-  }
-  return pieces;
-}
-
 // The patch that the piece should join, or -1. Pieces that are adrift themselves do not count as neighbours.
 int best_neighbour(const NormalCone& cone, const Surface& surface, const Patches& patches,
                    const std::vector<double>& patch_area, const std::vector<char>& adrift, const Piece& piece,
@@ -63,6 +37,26 @@ int best_neighbour(const NormalCone& cone, const Surface& surface, const Patches
 }
 
 }  // namespace
+
+std::vector<Piece> pieces_of(const Surface& surface, const std::vector<int>& label) {
+  std::vector<Piece> pieces;
+  std::vector<char> seen(label.size(), 0);
+  for (size_t f = 0; f < label.size(); ++f) {
+    if (seen[f] || label[f] < 0) continue;
+    Piece piece{label[f], 0, {static_cast<int>(f)}};
+    seen[f] = 1;
+    for (size_t i = 0; i < piece.faces.size(); ++i) {
+      piece.area += surface.areas[piece.faces[i]];
+      for (int g : surface.adjacent[piece.faces[i]])
+        if (g >= 0 && !seen[g] && label[g] == label[f]) {
+          seen[g] = 1;
+          piece.faces.push_back(g);
+        }
+    }
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
 
 int connect_patches(const NormalCone& cone, const Surface& surface, Patches& patches, double epsilon) {
   std::vector<Piece> pieces = pieces_of(surface, patches.label);

@@ -3,6 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <queue>
+#include <set>
+#include <tuple>
 
 namespace relief {
 namespace {
@@ -114,6 +117,21 @@ int merge_round(const NormalCone& cone, const Surface& surface, Patches& patches
   return merged;
 }
 
+// What merging raises the cost (4) by. With the average normal as the plane's, J = 2 (area - |sum of
+// normals|).
+double increment(const Group& a, const Group& b) {
+  return 2 * (a.sum.norm() + b.sum.norm() - (a.sum + b.sum).norm());
+}
+
+// A pair of neighbours in the queue; void once either has changed.
+struct Candidate {
+  double increment;
+  int a, b, version;  // version: how often both had changed together
+  bool operator>(const Candidate& o) const {
+    return std::tie(increment, a, b) > std::tie(o.increment, o.a, o.b);
+  }
+};
+
 }  // namespace
 
 int merge_patches(const NormalCone& cone, const Surface& surface, Patches& patches,
@@ -125,6 +143,42 @@ int merge_patches(const NormalCone& cone, const Surface& surface, Patches& patch
   refit(surface, patches);
   compact(patches);
   return all;
+}
+
+void merge_cheapest(const NormalCone& cone, const Surface& surface, Patches& patches) {
+  constexpr int kGone = -(1 << 30);
+  std::vector<Group> groups = groups_of(surface, patches);
+  std::vector<std::set<int>> beside(groups.size());
+  std::vector<int> version(groups.size(), 0);
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
+  const auto push = [&](int a, int b) {
+    queue.push({increment(groups[a], groups[b]), std::min(a, b), std::max(a, b), version[a] + version[b]});
+  };
+  for (const Border& e : borders(surface, patches.label)) {
+    beside[e.a].insert(e.b);
+    beside[e.b].insert(e.a);
+    push(e.a, e.b);
+  }
+  while (!queue.empty()) {
+    auto [cost, a, b, changes] = queue.top();
+    queue.pop();
+    if (changes != version[a] + version[b] || !fits(cone, groups[a], groups[b], {})) continue;
+    if (groups[a].faces.size() < groups[b].faces.size()) std::swap(a, b);
+    for (int f : groups[b].faces) patches.label[f] = a;
+    absorb(groups[a], groups[b]);
+    ++version[a];
+    version[b] = kGone;
+    beside[a].merge(beside[b]);
+    beside[a].erase(a);
+    beside[a].erase(b);
+    for (int c : beside[a]) {
+      beside[c].erase(b);
+      beside[c].insert(a);
+      push(a, c);
+    }
+  }
+  refit(surface, patches);
+  compact(patches);
 }
 
 }  // namespace relief

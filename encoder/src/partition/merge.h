@@ -16,4 +16,8 @@ using MayMerge = std::function<bool(const std::vector<int>& faces, const Vec3& n
 int merge_patches(const NormalCone& cone, const Surface& surface, Patches& patches,
                   const MayMerge& may_merge);
 
+// Merges neighbours, those first that raise the cost (4) of the partition least (3.3, a priority queue),
+// while the union satisfies the normal-cone condition.
+void merge_cheapest(const NormalCone& cone, const Surface& surface, Patches& patches);
+
 }  // namespace relief
