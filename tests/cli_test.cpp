@@ -100,7 +100,10 @@ TEST_F(CommandLine, EncodesDecodesComparesAndInforms) {
   EXPECT_GT(points.json()["vertices"].get<size_t>(), 100u);
   EXPECT_LE(points.json()["vertices"].get<size_t>(), decoded.json()["vertices"].get<size_t>());
   EXPECT_EQ(run("decode t.glb points.obj --points --level 1 --quiet").code, 0);
-  EXPECT_EQ(run("decode t.glb points.glb --points").code, 2);
+  EXPECT_EQ(run("decode t.glb points.glb --points --quiet").code, 0);
+  Result drawn = run("compare torus.ply points.glb --json");
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_EQ(drawn.json()["b"]["vertices"], points.json()["vertices"]);
   EXPECT_EQ(run("decode t.glb points.ply --points --smooth").code, 2);
   Result none = run("decode t.glb part.ply --bytes 10");
   EXPECT_EQ(none.code, 1);

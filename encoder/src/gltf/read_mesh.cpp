@@ -131,7 +131,7 @@ void add_mesh(Scenes& scenes, const Document& document, const tinygltf::Model& m
     const Json& json = document.json["meshes"][mesh]["primitives"][p];
     if (!is_triangles(json) && !is_points(json)) continue;
     const TriangleMesh part = read_primitive(document, model, mesh, p);
-    if (is_triangles(json) && part.triangles.empty()) continue;
+    if (is_triangles(json) && part.triangles.empty() && !document.decoding.points) continue;
     Scene& scene = part.triangles.empty() ? scenes.points : scenes.triangles;
     for (const Matrix& transform : transforms) scene.add(part, transform);
   }
