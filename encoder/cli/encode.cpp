@@ -167,6 +167,47 @@ int run_encode(const Arguments& arguments) {
   return target_met ? kDone : kTargetMissed;
 }
 
+void add_targets(CLI::App& command, Arguments& a) {
+  CLI::Option* error =
+      command
+          .add_option(
+              "--error", a.options.error,
+              "Target: symmetric rms error, as a fraction of the bounding box diagonal (default 1e-4)")
+          ->type_name("E")
+          ->check(CLI::Range(1e-9, 1.0));
+  CLI::Option* bytes = command
+                           .add_option("--bytes", a.options.bytes,
+                                       "Target: bytes of the stream; of several, shared by vertex count")
+                           ->type_name("N")
+                           ->check(CLI::Range(uint64_t(1), uint64_t(1) << 40));
+  CLI::Option* bpv =
+      command.add_option("--bpv", a.options.bits_per_vertex, "Target: bits per vertex of the input")
+          ->type_name("R")
+          ->check(CLI::Range(1e-6, 1e3));
+  error->excludes(bytes)->excludes(bpv);
+  bytes->excludes(bpv);
+}
+
+void add_choice(CLI::App& command, const char* name, std::string& choice, const char* text,
+                const std::vector<std::string>& names) {
+  command.add_option(name, choice, text)->type_name("NAME")->check(CLI::IsMember(names));
+}
+
+void add_choices(CLI::App& command, Arguments& a) {
+  add_choice(command, "--coder", a.coder,
+             "subband: the fewest bytes (default); bisk: bit planes, to be cut at any byte",
+             {"subband", "bisk"});
+  add_choice(command, "--allocation", a.allocation,
+             "Of bisk, bits go where they lower the error most: rd (default); or evenly: even",
+             {"rd", "even"});
+  add_choice(command, "--partition", a.partition,
+             "Patches by Lloyd's algorithm: gla (default); or by splitting and merging: split-merge",
+             {"gla", "split-merge"});
+  add_choice(command, "--plane", a.plane,
+             "A patch's plane by the average of its normals (default), or their smallest cone: cone",
+             {"average", "cone"});
+}
+
 }  // namespace
 
 void add_encode(CLI::App& app, Run& run) {
@@ -183,44 +224,8 @@ void add_encode(CLI::App& app, Run& run) {
       "targets) and those that touch another one of their mesh pass through unchanged, and a line says so.");
   command->add_option("IN", a->in, ".ply .obj .off .stl .xyz .pcd .glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .relief")->required();
-  CLI::Option* error =
-      command
-          ->add_option(
-              "--error", a->options.error,
-              "Target: symmetric rms error, as a fraction of the bounding box diagonal (default 1e-4)")
-          ->type_name("E")
-          ->check(CLI::Range(1e-9, 1.0));
-  CLI::Option* bytes = command
-                           ->add_option("--bytes", a->options.bytes,
-                                        "Target: bytes of the stream; of several, shared by vertex count")
-                           ->type_name("N")
-                           ->check(CLI::Range(uint64_t(1), uint64_t(1) << 40));
-  CLI::Option* bpv =
-      command->add_option("--bpv", a->options.bits_per_vertex, "Target: bits per vertex of the input")
-          ->type_name("R")
-          ->check(CLI::Range(1e-6, 1e3));
-  error->excludes(bytes)->excludes(bpv);
-  bytes->excludes(bpv);
-  command
-      ->add_option("--coder", a->coder,
-                   "subband: the fewest bytes (default); bisk: bit planes, to be cut at any byte")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"subband", "bisk"}));
-  command
-      ->add_option("--allocation", a->allocation,
-                   "Of bisk, bits go where they lower the error most: rd (default); or evenly: even")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"rd", "even"}));
-  command
-      ->add_option("--partition", a->partition,
-                   "Patches by Lloyd's algorithm: gla (default); or by splitting and merging: split-merge")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"gla", "split-merge"}));
-  command
-      ->add_option("--plane", a->plane,
-                   "A patch's plane by the average of its normals (default), or their smallest cone: cone")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"average", "cone"}));
+  add_targets(*command, *a);
+  add_choices(*command, *a);
   command
       ->add_option("--aperture", a->options.aperture,
                    "Largest angle between a patch's normals and its plane's (default 80)")
