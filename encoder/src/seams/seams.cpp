@@ -346,7 +346,8 @@ class FaceTrials {
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr int kVainRounds = 1;        // of mending masks, without getting better
-constexpr int kStrayRounds = 2;       // after those, which take away strays alone
+constexpr int kNeedfulRounds = 2;     // after those, for what must not stay
+constexpr double kCoincidentScore = 1000;
 
 }  // namespace
 
@@ -371,22 +372,21 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   } best = {{}, {}, INFINITY};
   StreamParts parts = code_stream(patches, placement);
   KnownTriangles known;
-  double lost = 0;  // with pixels that were taken out
-  for (int round = 0, vain = 0, strays = 0; strays <= kStrayRounds; round++) {
-    const bool strays_only = round >= rounds || vain > kVainRounds;
-    strays += strays_only;
+  MaskFaults faults;
+  for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
+    const bool needful = round >= rounds || vain > kVainRounds;
+    last += needful;
     const Context in(parts, patches, input, known);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
     const Pieces pieces = pieces_of(in, dropped);
     Attempt a = with_links(in, dropped, pieces);
     add_handles(in, a);
-    int folds = 0;
-    const double lost_before = lost;
+    const double lost_before = faults.lost;
     const GapError error = error_of(in, a);
-    const std::vector<char> unwanted =
-        unwanted_pixels(a.decoded, in.ground, pieces, error, strays_only, folds, lost);
+    const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, needful, faults);
     const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
-    const double score = 10 * a.mismatch + 2 * folds + double(count) +
+    const double score = 10 * a.mismatch + 2 * faults.folds + double(count) +
+                         kCoincidentScore * faults.coincident +
                          (error.sum + lost_before) / (kErrorScore * std::pow(double(placement.spacing), 4));
     if (score < best.score)
       best = {patches, patch_number, score}, vain = 0;
