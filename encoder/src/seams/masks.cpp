@@ -42,11 +42,11 @@ std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& gro
                  .norm() /
              2;
     } else {
-      size = error.area[t - first];
+      size = error.triangle[t - first].area;
     }
     for (uint32_t v : c)
       if (v < area.size() &&
-          (t < first || error.squared[t - first] < ground.spacing[v] * ground.spacing[v] / 4))
+          (t < first || error.triangle[t - first].squared < ground.spacing[v] * ground.spacing[v] / 4))
         area[v] += size / 3;
   }
   return area;
