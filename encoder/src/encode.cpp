@@ -24,6 +24,7 @@ constexpr double kSamplingMargin = 0.004;  // what other samples may say, about 
 constexpr double kUsualSlope = 0.27;       // of the logarithm of error or bytes over that of lambda
 constexpr double kUsualStep = 4.5;         // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
+constexpr int kSearchMendRounds = 3;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
 // patch.
@@ -50,11 +51,27 @@ class Stopwatch {
   Clock::time_point last_;
 };
 
+// What an effort stands for.
+struct Effort {
+  double near;      // of the target, in the logarithm: that is left to the last word
+  int looks;        // for what patches miss: again where new patches have made it worse
+  int face_trials;  // of links between patches, see SeamsInput
+  int others;       // Lagrangian parameters beside the one that was found, of which the best is taken
+};
+
+Effort effort_of(int effort) {
+  constexpr Effort kEfforts[] = {{0.3, 0, 0, 0},     {0.15, 1, 0, 0},   {0.06, 1, 5, 0},
+                                 {0.03, 3, 10, 0},   {0.015, 3, 20, 0}, {0.015, 3, 40, 1},
+                                 {0.015, 3, 60, 2},  {0.015, 3, 60, 5}, {0.015, 3, 60, 12}};
+  return kEfforts[std::clamp(effort, 1, 9) - 1];
+}
+
 // Everything that does not depend on the target's Lagrangian parameter.
 struct Job {
   const TriangleMesh& mesh;    // the input, or the triangles over its points
   const PointSurface* points;  // of a point cloud, else null
   const EncodeOptions& options;
+  Effort effort;
   Surface surface;
   Topology topology;  // of the surface
   Partition partition;
@@ -185,7 +202,9 @@ void prepare(Job& m, Stopwatch& watch) {
   gather(m, watch);
 }
 
-SeamsInput seams_input(const Job& m) { return {m.surface, m.topology, distance_to(m), m.closed}; }
+SeamsInput seams_input(const Job& m) {
+  return {m.surface, m.topology, distance_to(m), m.closed, m.effort.face_trials};
+}
 
 // The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
 // differs from its prediction by.
@@ -316,6 +335,26 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
   return t;
 }
 
+// The last word on the trial, and as efforts have it on other choices of resolution beside its own, of which
+// the best is taken: the gaps between the patches come out by chance.
+Trial best_of_neighbours(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch& watch) {
+  constexpr double kApart = 0.07;  // in the logarithm of lambda
+  const double lambda = nearest.lambda;
+  const bool reachable = met, mended = nearest.sampled.mended;
+  Trial best = last_word(m, std::move(nearest), bytes, met, watch);
+  for (int i = 1; i <= m.effort.others && reachable; i++) {
+    Trial other;
+    other.lambda = lambda * std::exp((i % 2 ? kApart : -kApart) * ((i + 1) / 2));
+    other.sampled = sample(m, other.lambda, watch);
+    if (mended) mend(m, other.sampled, kSearchMendRounds, watch);
+    bool other_met = true;
+    other = last_word(m, std::move(other), bytes, other_met, watch);
+    const bool better = bytes > 0 ? other.error < best.error : other.stream.size() < best.stream.size();
+    if (other_met && (!met || better)) best = std::move(other), met = true;
+  }
+  return best;
+}
+
 // Distances from the middle of each face to what a stream decodes to, lattice units.
 std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded) {
   const auto& v = m.surface.vertices;
@@ -368,9 +407,8 @@ Bracket all_lambdas(const Job& m, double slope) {
 
 // A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
-  constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  if (mended) mend(m, sampled, kMendRounds, watch);
+  if (mended) mend(m, sampled, kSearchMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
   if (bytes == 0) t.error = measure(m, t, watch);
   t.lambda = lambda;
@@ -378,15 +416,13 @@ Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwat
   return t;
 }
 
-constexpr double kNear = 0.015;  // of the target, in the logarithm: that is left to the last word
-
 // Of two trials the last word takes the one of lower rank: of those near the target the one that would take
 // fewer bytes there (errors of gaps jump from trial to trial), else the nearest inside of it, else the
 // nearest.
 constexpr double kNotNear = 1e3, kOutside = 2e3;
-double rank(const Trial& t, double y, double bytes) {
+double rank(const Trial& t, double y, double near, double bytes) {
   constexpr double kWithin = 0.12, kBytesByError = 1.2;  // slope of bytes over error, in logarithms
-  if (y >= kNear) return kOutside + y;
+  if (y >= near) return kOutside + y;
   if (bytes > 0 || y < -kWithin) return kNotNear - y;
   return std::log(double(t.stream.size())) + kBytesByError * y;
 }
@@ -395,22 +431,21 @@ double rank(const Trial& t, double y, double bytes) {
 // trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
 Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   constexpr double kNearToSplit = 0.5;
-  constexpr int kMostLooks = 3;
   Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
   const double target = bytes > 0 ? 1e-4 : m.options.error;
   const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
   double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
   Trial best;
   double best_rank = INFINITY;
-  int looks = 0;  // for what is missed: again where new patches have made it worse
+  int looks = 0;  // for what is missed
   bool split = false;
   double split_at = 0;  // the error at first
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
     const double y = excess(t, m.options, bytes);
-    const double error = t.error > 0 || looks == kMostLooks ? t.error : measure(m, t, watch);
-    if (looks == 0 ? std::fabs(y) < kNearToSplit : split && error > split_at && looks < kMostLooks) {
+    const double error = t.error > 0 || looks == m.effort.looks ? t.error : measure(m, t, watch);
+    if (looks == 0 ? m.effort.looks > 0 && std::fabs(y) < kNearToSplit : split && error > split_at && looks < m.effort.looks) {
       if (looks++ == 0) split_at = error;
       if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
         split = true;
@@ -421,14 +456,15 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
       }
     }
     bracket.add(x, y);
-    if (rank(t, y, bytes) < best_rank) best_rank = rank(t, y, bytes), best = std::move(t);
-    if (std::fabs(y) < kNear) break;
+    const double r = rank(t, y, m.effort.near, bytes);
+    if (r < best_rank) best_rank = r, best = std::move(t);
+    if (std::fabs(y) < m.effort.near) break;
     const double next = bracket.next(x, y);
     if (next == x) break;
     x = next;
   }
   met = best_rank < kOutside;
-  return last_word(m, std::move(best), bytes, met, watch);
+  return best_of_neighbours(m, std::move(best), bytes, met, watch);
 }
 
 }  // namespace
@@ -459,7 +495,8 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
     watch.lap("points");
   }
   const TriangleMesh& mesh = points ? points->mesh() : input;
-  Job m = {mesh, points ? &*points : nullptr, options, {}, {}, {}, {}, {}, nullptr, 0, true, {}, nullptr};
+  Job m = {mesh, points ? &*points : nullptr, options, effort_of(options.effort), {}, {}, {}, {}, {}, nullptr,
+           0,    true,                        {},      nullptr};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
