@@ -61,6 +61,28 @@ void measure_unknown(GapError& g, const DistanceToSurface& distance, double spac
   for (const Probe& p : probes) known[g.key[p.triangle]] = g.squared[p.triangle];
 }
 
+// A triangle in a ball, which tells of most that they are too far away.
+struct Placed {
+  size_t triangle;
+  std::array<Vec3, 3> corner;
+  Vec3 middle;
+  double radius;
+};
+
+// The triangles of `these` that `others` lack.
+std::vector<Placed> not_in(const GapError& others, const GapError& these) {
+  const std::unordered_set<uint64_t> known(others.key.begin(), others.key.end());
+  std::vector<Placed> found;
+  for (size_t t = 0; t < these.key.size(); t++) {
+    if (known.count(these.key[t])) continue;
+    const auto& p = these.corner[t];
+    const Vec3 middle = (p[0] + p[1] + p[2]) / 3;
+    const double radius = std::max({(p[0] - middle).norm(), (p[1] - middle).norm(), (p[2] - middle).norm()});
+    found.push_back({t, p, middle, radius});
+  }
+  return found;
+}
+
 }  // namespace
 
 GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const DistanceToSurface& distance,
@@ -86,28 +108,45 @@ GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const Dista
   return g;
 }
 
+std::vector<float> distances_of_middles(const DecodedMesh& decoded, const Ground& ground,
+                                        const DistanceToSurface& distance, KnownTriangles& known) {
+  const size_t first = decoded.patch_triangles(), count = decoded.mesh.triangles.size() - first;
+  std::vector<float> found(count);
+  std::vector<Vec3> points;
+  std::vector<std::pair<size_t, uint64_t>> unknown;  // triangles with their keys
+  for (size_t t = 0; t < count; t++) {
+    const uint64_t key = key_of(decoded.mesh, first + t);
+    if (const auto at = known.find(key); at != known.end()) {
+      found[t] = at->second;
+      continue;
+    }
+    Vec3 middle = Vec3::Zero();
+    for (uint32_t v : decoded.mesh.triangles[first + t])
+      middle += ground.lattice(decoded.mesh.positions[v]) / 3;
+    points.push_back(middle);
+    unknown.push_back({t, key});
+  }
+  if (points.empty()) return found;
+  const std::vector<float> d = distance(points);
+  for (size_t i = 0; i < unknown.size(); i++) found[unknown[i].first] = known[unknown[i].second] = d[i];
+  return found;
+}
+
 double laid_bare(const GapError& before, const GapError& after) {
-  const std::unordered_set<uint64_t> old(before.key.begin(), before.key.end()),
-      fresh(after.key.begin(), after.key.end());
-  std::vector<size_t> added;
-  for (size_t t = 0; t < after.key.size(); t++)
-    if (!old.count(after.key[t])) added.push_back(t);
+  const std::vector<Placed> added = not_in(before, after), removed = not_in(after, before);
   double sum = 0;
-  for (size_t t = 0; t < before.key.size(); t++) {
-    if (fresh.count(before.key[t])) continue;
-    const auto& p = before.corner[t];
-    const Vec3 middle = (p[0] + p[1] + p[2]) / 3;
+  for (const Placed& r : removed) {
+    const auto& p = r.corner;
     for (const Vec3& q :
-         {middle, Vec3((middle + p[0]) / 2), Vec3((middle + p[1]) / 2), Vec3((middle + p[2]) / 2)}) {
+         {r.middle, Vec3((r.middle + p[0]) / 2), Vec3((r.middle + p[1]) / 2), Vec3((r.middle + p[2]) / 2)}) {
       double least = INFINITY;  // the corners are still there
-      for (const Vec3& v : p) least = std::min(least, (v - q).squaredNorm());
-      for (size_t a : added) {
-        const auto& c = after.corner[a];
-        least = std::min(least, squared_distance(q, c[0], c[1], c[2]));
-      }
+      for (const Vec3& v : p) least = std::min(least, (v - q).norm());
+      for (const Placed& a : added)
+        if ((a.middle - q).norm() < least + a.radius)
+          least = std::min(least, std::sqrt(squared_distance(q, a.corner[0], a.corner[1], a.corner[2])));
       // the surface is only about where the triangle was
-      const double away = std::max(0.0, std::sqrt(least) - 2 * std::sqrt(double(before.squared[t])));
-      sum += away * away * before.area[t] / 4;
+      const double away = std::max(0.0, least - 2 * std::sqrt(double(before.squared[r.triangle])));
+      sum += away * away * before.area[r.triangle] / 4;
     }
   }
   return sum;

@@ -9,7 +9,7 @@
 
 namespace relief {
 
-// Mean squared distances from the surface by the keys of triangles, so that none is measured twice.
+// Distances from the surface, or mean squared ones, by the keys of triangles, so that none is measured twice.
 using KnownTriangles = std::unordered_map<uint64_t, float>;
 
 // A face is looked at if it has more than this share of all error.
@@ -25,6 +25,10 @@ struct GapError {
 };
 GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const DistanceToSurface& distance,
                    double spacing, KnownTriangles& known);
+
+// Distances from the surface of the middles of the triangles between patches; `known` as above, but of these.
+std::vector<float> distances_of_middles(const DecodedMesh& decoded, const Ground& ground,
+                                        const DistanceToSurface& distance, KnownTriangles& known);
 
 // Squared distance times area of what lay along the surface before and is far from all triangles between
 // patches after.
