@@ -9,9 +9,9 @@ export function frontier(points) {
 }
 
 function ticks(low, high) {
-  const values = [];
+  const values = [], digits = high / low < 5 ? [1, 2, 3, 4, 5, 6, 7, 8, 9] : [1, 2, 5];
   for (let decade = 10 ** Math.floor(Math.log10(low)); decade <= high; decade *= 10) {
-    for (const digit of [1, 2, 5]) if (digit * decade >= low && digit * decade <= high) values.push(digit * decade);
+    for (const digit of digits) if (digit * decade >= low && digit * decade <= high) values.push(digit * decade);
   }
   return values;
 }
