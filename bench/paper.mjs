@@ -7,6 +7,9 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
+import { readPly, writePly } from './meshes.mjs';
+import { plot } from './plot.mjs';
+
 const root = fileURLToPath(new URL('..', import.meta.url));
 const build = path.resolve(root, process.env.RELIEF_BUILD ?? 'build/release');
 const RELIEF = path.join(build, 'encoder/relief');
@@ -14,8 +17,10 @@ const DENSITIES = [0.6, 1, 1.4];  // 1/mu
 const APERTURES = [20, 30, 45, 60, 70, 80, 85, 89];
 const DECODES = 5;
 
+const CURVE = [0.25, 0.5, 1, 1.51, 3];  // bits a point of figures 11 and 12
+
 // What the paper says. Table 1: E fitted and, in brackets there, sampled. Table 2: patches and cost. Tables 3 and 4: bits per
-// vertex (Igea: per point, as the paper has it as points only), E, share of the masks, seconds of decoding. Table 5: seconds.
+// vertex (Igea: per point, as the paper has it as points only) or point, E, share of the masks, seconds of decoding. Table 5: seconds.
 const PAPER = {
   venus: { table1: [[1.97, 2.35], [0.86, 1.12], [0.56, 0.7]] },
   rabbit: { table1: [[1.15, 1.37], [0.53, 0.63], [0.32, 0.37]] },
@@ -27,12 +32,14 @@ const PAPER = {
   dragon: {
     table2: { 'split-merge': [367, 0.56], gla: [150, 0.22] },
     rates: [[0.35, 3.86, 31.1, 8], [0.95, 0.91, 17.6, 12], [2.05, 0.46, 10.7, 15]],
+    points: [[0.29, 13.3, 58.4, 0.8], [1.55, 1.03, 21.5, 1.2], [3.05, 0.62, 16.6, 1.7]],
     table5: { clustering: 12, sampling: 10.3, allocation: 132.9 },
   },
 };
 const RATES = [0.5, 1, 2];  // of other models
 
 const rates = name => PAPER[name]?.rates ?? RATES.map(rate => [rate]);
+const pointRates = name => PAPER[name]?.points ?? rates(name);
 
 // Output of a program; exit status 3 of relief, a target that could not be met, counts as well.
 function run(program, ...args) {
@@ -57,6 +64,27 @@ function encode(model, folder, ...options) {
   };
 }
 
+// The same of a cloud. Its error is the symmetric one, to the surface of the points that the encoder works on; and that of the points
+// from what comes back, one way.
+function encodePoints(cloud, folder, ...options) {
+  const stream = path.join(folder, 'paper.relief');
+  const { seconds, primitives: [report] } = json(RELIEF, 'encode', cloud, stream, '--quiet', ...options);
+  const { streams: [info] } = json(RELIEF, 'info', stream);
+  const times = Array.from({ length: DECODES }, () => parseFloat(run(path.join(build, 'bench/decode_time'), stream)));
+  return {
+    rate: 8 * info.bytes / report.vertices, e_rms: report.e_rms, one_way: json(RELIEF, 'compare', cloud, stream).e_rms, patches: report.patches,
+    target_met: report.target_met, vertices: info.vertex_count, side_bits: 8 * (info.bytes_header + info.bytes_side),
+    masks: info.bytes_masks / info.bytes, decode_ms: Math.min(...times), seconds, stages: report.seconds,
+  };
+}
+
+// A model's vertices alone.
+function cloudOf(model, folder) {
+  const cloud = path.join(folder, 'points.ply');
+  writePly(cloud, { positions: readPly(model).positions, indices: new Uint32Array() });
+  return cloud;
+}
+
 // Approximation with and without fitting: the finest step, so that sampling alone errs. And pixels per vertex that it took.
 function table1(model) {
   return DENSITIES.map(density => {
@@ -69,13 +97,27 @@ function table1(model) {
 
 const table2 = model => JSON.parse(run(path.join(build, 'bench/clusterings'), model));
 
+function table3(model, folder, name) {
+  const cloud = cloudOf(model, folder);
+  return pointRates(name).map(([rate]) => encodePoints(cloud, folder, '--bpv', String(rate)));
+}
+
 const table4 = (model, folder, name) => rates(name).map(([rate]) => encode(model, folder, '--bpv', String(rate)));
 
 // More patches by narrower apertures, all at 1 bit a vertex.
 const figure13 = (model, folder) => APERTURES.map(aperture =>
   ({ aperture, ...encode(model, folder, '--bpv', '1', '--aperture', String(aperture)) }));
 
-const MEASURES = { 1: table1, 2: table2, 4: table4, 13: figure13 };
+// Error over rate, of points, with each of these sets of options.
+const curves = ways => (model, folder) => {
+  const cloud = cloudOf(model, folder);
+  return Object.entries(ways).flatMap(([way, options]) =>
+    CURVE.map(rate => ({ way, ...encodePoints(cloud, folder, '--bpv', String(rate), ...options) })));
+};
+const PARTITIONS = { GLA: ['--partition', 'gla'], 'split-merge': ['--partition', 'split-merge'] };
+const ALLOCATIONS = { 'rate-distortion': ['--coder', 'bisk'], even: ['--coder', 'bisk', '--allocation', 'even'] };
+
+const MEASURES = { 1: table1, 2: table2, 3: table3, 4: table4, 11: curves(PARTITIONS), 12: curves(ALLOCATIONS), 13: figure13 };
 
 // An icosahedron's triangles split six times: 40,962 vertices.
 function writeSphere(file) {
@@ -108,6 +150,32 @@ const whole = value => new Intl.NumberFormat('en').format(value);
 const beside = (ours, paper) => [ours, paper ?? '–'];
 const rowsOf = (results, number, row) => Object.entries(results).flatMap(([name, tables]) => (tables[number] ? row(name, tables[number].values) : []));
 
+const figure = (name, number) => `${name}-figure-${number}.svg`;
+
+const curveTables = (results, number) => rowsOf(results, number, (name, values) => {
+  const ways = [...new Set(values.map(v => v.way))];
+  const columns = ways.map(way => values.filter(v => v.way === way));
+  return [`![${figure(name, number)}](paper/${figure(name, number)})\n\n${table([`${name}, bits a point`, ...ways.flatMap(way => [`E_rms, ${way}`, 'patches'])],
+    CURVE.map((rate, i) => [rate, ...columns.flatMap(column => [fixed(column[i].e_rms, 3), column[i].patches])]))}`];
+}).join('\n');
+
+// The plots of a model's figures: lines run in the order of measuring.
+const AXIS = { text: String, colors: { GLA: '#c2410c', 'split-merge': '#0f766e', 'rate-distortion': '#c2410c', even: '#0f766e' }, line: own => own };
+const PLOTS = {
+  11: values => [values.map(v => ({ peer: v.way, settings: `${v.patches} patches`, rate: v.rate, rms: v.e_rms })), { ...AXIS, key: 'rate', label: 'bits a point' }],
+  12: values => [values.map(v => ({ peer: v.way, settings: '', rate: v.rate, rms: v.e_rms })), { ...AXIS, key: 'rate', label: 'bits a point' }],
+  13: values => [values.map(v => ({ peer: 'GLA', settings: `${v.aperture}°`, patches: v.patches, rms: v.e_rms })),
+    { ...AXIS, key: 'patches', label: 'patches' }],
+};
+function writePlots(results, folder) {
+  fs.mkdirSync(folder, { recursive: true });
+  for (const [name, tables] of Object.entries(results)) {
+    for (const [number, of] of Object.entries(PLOTS)) {
+      if (tables[number]) fs.writeFileSync(path.join(folder, figure(name, number)), plot(`${name}: ${TITLES[number]}`, ...of(tables[number].values)));
+    }
+  }
+}
+
 const SHOW = {
   1: results => table(['', ...DENSITIES.map(d => `1/μ = ${d}`)], [
     ...rowsOf(results, 1, (name, values) => [[`${name}, ours`, ...values.map(v => `${fixed(v.fitted, 3)} (${fixed(v.sampled, 3)})`)],
@@ -120,6 +188,13 @@ const SHOW = {
       const paper = PAPER[name]?.table2?.[way];
       return [...beside(values[way].patches, paper?.[0]), ...beside(fixed(values[way].cost, 3), paper?.[1])];
     })]])),
+  3: results => table(
+    ['', 'bits a point', 'vertices', 'patches', 'r0, bits', 'masks, %', 'paper', 'E_rms', 'paper', 'of the points, one way', 'PSNR, dB', 'decoding, ms', 'paper, s'],
+    rowsOf(results, 3, (name, values) => values.map((v, i) => {
+      const [, e, masks, seconds] = pointRates(name)[i];
+      return [name, fixed(v.rate, 3), whole(v.vertices), v.patches, whole(v.side_bits), ...beside(fixed(100 * v.masks, 1), masks),
+        ...beside(fixed(v.e_rms, 3), e), fixed(v.one_way, 3), fixed(-20 * Math.log10(1e-4 * v.e_rms), 1), ...beside(fixed(v.decode_ms, 1), seconds)];
+    }))),
   4: results => table(
     ['', 'bits a vertex', 'vertices', 'patches', 'r0, bits', 'masks, %', 'paper', 'seams, %', 'E_rms', 'paper', 'PSNR, dB', 'decoding, ms', 'paper, s'],
     rowsOf(results, 4, (name, values) => values.map((v, i) => {
@@ -134,14 +209,17 @@ const SHOW = {
     }),
     ...Object.entries(PAPER).flatMap(([name, { table5: s }]) => (s ? [[`${name}, paper`, s.clustering, s.sampling, s.allocation, '–']] : [])),
   ]),
+  11: results => curveTables(results, 11),
+  12: results => curveTables(results, 12),
   13: results => rowsOf(results, 13, (name, values) => [
+    `![${figure(name, 13)}](paper/${figure(name, 13)})\n\n` +
     `${name} at 1 bit a vertex\n\n${table(['aperture', ...values.map(v => `${v.aperture}°`)], [
       ['patches', ...values.map(v => v.patches)], ['E_rms', ...values.map(v => fixed(v.e_rms, 3))],
       ['masks, %', ...values.map(v => fixed(100 * v.masks, 1))]])}`]).join('\n'),
 };
 const TITLES = {
-  1: 'Table 1: error of approximation, fitted (sampled)', 2: 'Table 2: patches and cost', 4: 'Tables 3 and 4: meshes',
-  5: 'Table 5: seconds by stage, at the middle rate', 13: 'Figure 13: patches against error',
+  1: 'Table 1: error of approximation, fitted (sampled)', 2: 'Table 2: patches and cost', 3: 'Table 3: points', 4: 'Table 4: meshes',
+  5: 'Table 5: seconds by stage, at the middle rate', 11: 'Figure 11: points, by partition', 12: 'Figure 12: points, by allocation of bits (bisk)', 13: 'Figure 13: patches against error',
 };
 
 function page(results) {
@@ -170,7 +248,7 @@ function commit() {
 function main() {
   const { values, positionals } = parseArgs({
     allowPositionals: true,
-    options: { tables: { type: 'string', default: '1,2,4,13' }, output: { type: 'string', default: path.join(root, 'build/paper') }, page: { type: 'boolean' } },
+    options: { tables: { type: 'string', default: Object.keys(MEASURES).join() }, output: { type: 'string', default: path.join(root, 'build/paper') }, page: { type: 'boolean' } },
   });
   const numbers = values.tables.split(',').filter(Boolean);  // none: only shows what was measured
   if (!numbers.every(number => MEASURES[number])) throw new Error(`--tables takes some of ${Object.keys(MEASURES)}`);
@@ -193,7 +271,10 @@ function main() {
     for (const model of positionals)
       for (const number of numbers) measure(path.basename(model, path.extname(model)).toLowerCase(), model, number);
     console.log(page(results));
-    if (values.page) writePage(page(results));
+    if (values.page) {
+      writePage(page(results));
+      writePlots(results, path.join(root, 'docs/paper'));
+    }
   } finally {
     fs.rmSync(folder, { recursive: true });
   }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <unordered_map>
 
 #include "points/point_normals.h"
@@ -89,6 +90,15 @@ size_t drop_specks(std::vector<std::array<uint32_t, 3>>& triangles) {
   return size.size() - kept;
 }
 
+// A length as a fraction of the diagonal of the points' box.
+std::string of_diagonal(double length, const std::vector<Vec3>& points) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : points) box.extend(p);
+  char text[64];
+  std::snprintf(text, sizeof text, "%.1e of the diagonal", length / box.diagonal().norm());
+  return text;
+}
+
 }  // namespace
 
 PointSurface::PointSurface(const TriangleMesh& cloud) {
@@ -117,29 +127,28 @@ void PointSurface::gather(const TriangleMesh& cloud) {
   leave_out(std::vector<char>(cloud_.points.size(), 0), "");
 }
 
-void PointSurface::leave_out(const std::vector<char>& marked, const char* what) {
+bool PointSurface::leave_out(const std::vector<char>& marked, const char* what) {
   constexpr size_t kMost = size_t(1) << 29;
   const auto count = std::count(marked.begin(), marked.end(), char(1));
   if (cloud_.points.size() - size_t(count) < kFewestPoints)
     throw InputError("has too few points for a surface");
   if (cloud_.points.size() > kMost) throw InputError("has too many points");
-  if (count == 0) return;
+  if (count == 0) return false;
   remove_marked(cloud_.points, marked);
   if (!cloud_.normals.empty()) remove_marked(cloud_.normals, marked);
   if (!cloud_.spacing.empty()) remove_marked(cloud_.spacing, marked);
   if (!reach_.empty()) remove_marked(reach_, marked);
   tree_ = std::make_unique<KdTree>(cloud_.points);
   warnings_.push_back("left out " + std::to_string(count) + " point" + (count > 1 ? "s" : "") + " " + what);
+  return true;
 }
 
 void PointSurface::leave_out_the_lonely() {
   constexpr int kRounds = 3;
   leave_out(outliers(*tree_), "far from all others");
   cloud_.spacing = spacings(*tree_);
-  for (int round = 0; round < kRounds; round++) {
-    leave_out(in_the_air(cloud_, *tree_), "in the air");
+  for (int round = 0; round < kRounds && leave_out(in_the_air(cloud_, *tree_), "in the air"); round++)
     cloud_.spacing = spacings(*tree_);
-  }
 }
 
 // Planes, as wide as it takes to see one through the noise; their sides from the file's normals or by
@@ -169,6 +178,9 @@ void PointSurface::estimate_normals(bool given) {
 void PointSurface::estimate_noise() {
   noise_ = median_of_sample(cloud_.points.size(), [&](size_t i) { return mls_->residual(i); });
   noisy_ = noise_ > kNoiseFree * median(cloud_.spacing);
+  if (noisy_)
+    warnings_.push_back("took for noise that its points are off their surface by " +
+                        of_diagonal(noise_, cloud_.points));
   for (size_t i = 0; i < reach_.size(); i++) {
     const double excess = std::max(0.0, noise_ / cloud_.spacing[i] - kNoiseFree);
     reach_[i] = std::max(reach_[i], cloud_.spacing[i] * (kReach + kReachForNoise * std::sqrt(excess)));

@@ -39,7 +39,7 @@ class PointSurface {
 
  private:
   void gather(const TriangleMesh& cloud);
-  void leave_out(const std::vector<char>& marked, const char* what);
+  bool leave_out(const std::vector<char>& marked, const char* what);  // whether there were any
   void leave_out_the_lonely();
   void estimate_normals(bool given);
   void estimate_noise();

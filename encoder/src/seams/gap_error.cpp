@@ -82,6 +82,18 @@ void measure_unknown(const DecodedMesh& decoded, const Ground& ground, const std
   for (size_t t : unknown) known[g.triangle[t].key] = g.triangle[t];
 }
 
+// A triangle in a ball, which tells of most that they are too far away.
+struct Placed {
+  std::array<Vec3, 3> corner;
+  Vec3 middle;
+  double radius;
+};
+
+Placed placed(const std::array<Vec3, 3>& p) {
+  const Vec3 middle = (p[0] + p[1] + p[2]) / 3;
+  return {p, middle, std::max({(p[0] - middle).norm(), (p[1] - middle).norm(), (p[2] - middle).norm()})};
+}
+
 // Those of `x` that are not in `y`.
 std::vector<size_t> only_in(const std::vector<GapTriangle>& x, const std::vector<GapTriangle>& y) {
   auto same = [](const GapTriangle& a, const GapTriangle& b) { return a.key == b.key; };
@@ -121,11 +133,33 @@ GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const Dista
   return g;
 }
 
+std::vector<float> distances_of_middles(const DecodedMesh& decoded, const Ground& ground,
+                                        const DistanceToSurface& distance, KnownMiddles& known) {
+  const size_t first = decoded.patch_triangles(), count = decoded.mesh.triangles.size() - first;
+  std::vector<float> found(count);
+  std::vector<Vec3> points;
+  std::vector<std::pair<size_t, uint64_t>> unknown;  // triangles with their keys
+  for (size_t t = 0; t < count; t++) {
+    const uint64_t key = key_of(decoded.mesh, first + t);
+    if (const auto at = known.find(key); at != known.end()) {
+      found[t] = at->second;
+      continue;
+    }
+    const std::array<Vec3, 3> p = corners(decoded, ground, first + t);
+    points.push_back((p[0] + p[1] + p[2]) / 3);
+    unknown.push_back({t, key});
+  }
+  if (points.empty()) return found;
+  const std::vector<float> d = distance(points);
+  for (size_t i = 0; i < unknown.size(); i++) found[unknown[i].first] = known[unknown[i].second] = d[i];
+  return found;
+}
+
 double laid_bare(const DecodedMesh& before, const GapError& error_before, const DecodedMesh& after,
                  const GapError& error_after, const Ground& ground) {
-  std::vector<std::array<Vec3, 3>> added;
+  std::vector<Placed> added;
   for (size_t t : only_in(error_after.triangle, error_before.triangle))
-    added.push_back(corners(after, ground, after.patch_triangles() + t));
+    added.push_back(placed(corners(after, ground, after.patch_triangles() + t)));
   double sum = 0;
   for (size_t t : only_in(error_before.triangle, error_after.triangle)) {
     const std::array<Vec3, 3> p = corners(before, ground, before.patch_triangles() + t);
@@ -134,10 +168,12 @@ double laid_bare(const DecodedMesh& before, const GapError& error_before, const 
     for (const Vec3& q :
          {middle, Vec3((middle + p[0]) / 2), Vec3((middle + p[1]) / 2), Vec3((middle + p[2]) / 2)}) {
       double least = INFINITY;  // the corners are still there
-      for (const Vec3& v : p) least = std::min(least, (v - q).squaredNorm());
-      for (const auto& c : added) least = std::min(least, squared_distance(q, c[0], c[1], c[2]));
+      for (const Vec3& v : p) least = std::min(least, (v - q).norm());
+      for (const auto& [c, centre, radius] : added)
+        if ((centre - q).norm() < least + radius)
+          least = std::min(least, std::sqrt(squared_distance(q, c[0], c[1], c[2])));
       // the surface is only about where the triangle was
-      const double away = std::max(0.0, std::sqrt(least) - 2 * std::sqrt(double(old.squared)));
+      const double away = std::max(0.0, least - 2 * std::sqrt(double(old.squared)));
       sum += away * away * old.area / 4;
     }
   }

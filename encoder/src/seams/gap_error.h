@@ -31,6 +31,11 @@ struct GapError {
 GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const DistanceToSurface& distance,
                    double spacing, const GapError& like, KnownTriangles& known);
 
+// Distances from the surface of the middles of the triangles between patches, also known by their keys.
+using KnownMiddles = std::unordered_map<uint64_t, float>;
+std::vector<float> distances_of_middles(const DecodedMesh& decoded, const Ground& ground,
+                                        const DistanceToSurface& distance, KnownMiddles& known);
+
 // Squared distance times area of what lay along the surface before and is far from all triangles between
 // patches after.
 double laid_bare(const DecodedMesh& before, const GapError& error_before, const DecodedMesh& after,

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "seams/borders.h"
 #include "seams/gap_error.h"
 
 namespace relief {
@@ -31,23 +32,30 @@ void worst_first(std::vector<Suspect>& s) {
   });
 }
 
+// What was measured of triangles between patches, by any trial.
+struct Known {
+  KnownTriangles triangles;
+  KnownMiddles middles;
+};
+
 // All that decides what a stream decodes to but the seams.
 struct Context : SeamsInput {
   const StreamParts& coded;
   Ground ground;
   mutable PatchDecoder decoder;
   mutable DecodedMesh spare;  // of an attempt that was given up
-  DecodedMesh plain;      // without seams
+  DecodedMesh plain;          // without seams
+  Borders borders;
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
-  KnownTriangles& known;
-  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in,
-          KnownTriangles& k)
+  Known& known;
+  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in, Known& k)
       : SeamsInput(in),
         coded(p),
         ground(ground_of(in.surface, patches, p.placement.spacing)),
         decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})),
         plain(decoder.close({})),
+        borders(plain),
         known(k) {
     part = connected_parts(plain.mesh, plain.patch_triangles(), parts);
     part.resize(ground.pixel.size());
@@ -56,27 +64,14 @@ struct Context : SeamsInput {
 
 // Faces that may be holes, the emptiest first, with distances in grid spacings.
 std::vector<Suspect> suspicious_faces(const DecodedMesh& d, const Context& in) {
-  std::vector<Vec3> points;
-  std::vector<uint32_t> face_of_point;
-  const auto& triangles = d.mesh.triangles;
-  for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
-    for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++) {
-      Vec3 middle = Vec3::Zero();
-      for (uint32_t v : triangles[t]) middle += in.ground.lattice(d.mesh.positions[v]) / 3;
-      points.push_back(middle);
-      face_of_point.push_back(f);
-    }
-  }
+  const std::vector<float> distance = distances_of_middles(d, in.ground, in.distance, in.known.middles);
   std::vector<Suspect> faces;
-  if (points.empty()) return faces;
-  const std::vector<float> distance = in.distance(points);
-  for (size_t i = 0; i < points.size(); i++) {
-    const float spacings = distance[i] / in.coded.placement.spacing;
-    if (spacings < kMaybeHole) continue;
-    if (faces.empty() || faces.back().number != face_of_point[i])
-      faces.push_back({spacings, face_of_point[i]});
-    else
-      faces.back().distance = std::max(faces.back().distance, spacings);
+  for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
+    float furthest = 0;
+    for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++)
+      furthest = std::max(furthest, distance[t - d.patch_triangles()]);
+    const float spacings = furthest / in.coded.placement.spacing;
+    if (spacings >= kMaybeHole) faces.push_back({spacings, f});
   }
   worst_first(faces);
   return faces;
@@ -97,12 +92,15 @@ struct Attempt {
   double mismatch = 0;
 };
 
-// Of a mesh without border, whose every vertex is used: all that find_seams compares.
-Topology closed_topology(const Context& in, const DecodedMesh& d) {
+// All that find_seams compares. Every vertex is used, and the decoder makes nothing but manifolds.
+Topology topology_of(const Context& in, const DecodedMesh& d) {
+  const Borders::Count border = in.closed ? Borders::Count{} : in.borders.count(d);
+  const uint64_t faces = d.mesh.triangles.size(), edges = (3 * faces + border.edges) / 2;
   Topology t;
   t.components = uint64_t(join_across_gaps(d, in.part, in.parts, nullptr));
-  t.euler = int64_t(d.mesh.positions.size()) - int64_t(d.mesh.triangles.size() / 2);
-  t.genus = (2 * int64_t(t.components) - t.euler) / 2;
+  t.boundary_loops = border.loops;
+  t.euler = int64_t(d.mesh.positions.size()) - int64_t(edges) + int64_t(faces);
+  t.genus = (2 * int64_t(t.components) - t.euler - int64_t(t.boundary_loops)) / 2;
   return t;
 }
 
@@ -111,7 +109,7 @@ Attempt attempt(const Context& in, Seams seams) {
   std::sort(seams.dropped_links.begin(), seams.dropped_links.end());
   std::sort(seams.holes.begin(), seams.holes.end());
   a.decoded = in.decoder.close(seams, std::exchange(in.spare, {}));
-  a.topology = in.closed ? closed_topology(in, a.decoded) : topology(a.decoded.mesh);
+  a.topology = topology_of(in, a.decoded);
   a.mismatch = mismatch(a.topology, in.topology);
   a.seams = std::move(seams);
   return a;
@@ -218,7 +216,7 @@ void add_handles(const Context& in, Attempt& best) {
 }
 
 GapError error_of(const Context& in, const Attempt& a, const GapError& like = {}) {
-  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known);
+  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known.triangles);
 }
 
 // Faces with more than so small a share of all error, the worst first.
@@ -360,7 +358,7 @@ constexpr double kCoincidentScore = 1000;
 
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough) {
-  KnownTriangles known;
+  Known known;
   const Context in(parts, patches, input, known);
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
@@ -378,7 +376,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     double score;
   } best = {{}, {}, INFINITY};
   StreamParts parts = code_stream(patches, placement);
-  KnownTriangles known;
+  Known known;
   MaskFaults faults;
   for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
     const bool needful = round >= rounds || vain > kVainRounds;
