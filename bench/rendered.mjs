@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { CHROMIUM } from '../web/test/chromium.mjs';
 import { madeAt, madeText } from './made_at.mjs';
 import { readPly, root, writePly } from './meshes.mjs';
-import { dracoRoundTrip, encode, measure, run, simplify, RELIEF } from './peers.mjs';
+import { dracoRoundTrip, encode, measure, simplify } from './peers.mjs';
 import { table, whole } from './report.mjs';
 
 const web = path.join(root, 'web');
@@ -104,11 +104,11 @@ async function measureModel(model, browser, address) {
   const ply = path.join(output, `${name}.ply`);
   writePly(ply, mesh);
   await draw(page, `${name}.ply`);
-  const stream = path.join(output, `${name}.relief`), glb = `${name}-relief.glb`;
-  if (!encode(ply, stream, ERROR)) throw new Error(`${model}: no stream`);
-  run(RELIEF, 'encode', ply, path.join(output, glb), '--error', ERROR, '--quiet');
-  const bytes = fs.statSync(stream).size;
-  const rows = [await row(name, 'Relief', bytes, glb, page), await row(name, 'Relief, normals of its triangles', bytes, glb, page, { anew: true })];
+  const stream = `${name}-relief.relief`;
+  if (!encode(ply, path.join(output, stream), ERROR)) throw new Error(`${model}: no stream`);
+  const bytes = fs.statSync(path.join(output, stream)).size;
+  const rows = [await row(name, 'Relief', bytes, stream, page),
+    await row(name, 'Relief, normals of its triangles', bytes, stream, page, { anew: true })];
   for (const factor of [1, 4]) rows.push(...await peersAt(name, factor, bytes, mesh, page));
   await page.close();
   return { name, ...madeAt(), bytes, rows };
