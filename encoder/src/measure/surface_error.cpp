@@ -159,6 +159,21 @@ std::vector<double> squared_distances(const std::vector<Eigen::Vector3d>& points
   return squares;
 }
 
+// Squared distances of the middles of triangles, of a very large mesh: every so many in the order of the list, which
+// runs over the surface, for those that follow.
+std::vector<double> coarse_pilot(const SearchMesh& from, const SearchMesh& to, size_t stride) {
+  const auto& positions = from.positions();
+  std::vector<Eigen::Vector3d> points;
+  for (size_t t = 0; t < from.triangles().size(); t += stride) {
+    const auto& [a, b, c] = from.triangles()[t];
+    points.push_back((positions[a] + positions[b] + positions[c]) / 3);
+  }
+  const std::vector<double> squares = squared_distances(points, to);
+  std::vector<double> result;
+  for (size_t t = 0; t < from.triangles().size(); t++) result.push_back(squares[t / stride]);
+  return result;
+}
+
 // Squared distances of a triangle's corners, and of the middles of those that are large: faces across what is
 // open have their corners on the surface.
 std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to) {
@@ -187,7 +202,9 @@ std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to) {
 // (importance sampling with a defensive mixture, Hesterberg 1995), so that the same number errs several times
 // less.
 std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
-  std::vector<double> weight = pilot(from, to);
+  constexpr size_t kMostLooks = 1 << 21;
+  const size_t stride = (from.triangles().size() + kMostLooks - 1) / kMostLooks;
+  std::vector<double> weight = stride > 1 ? coarse_pilot(from, to, stride) : pilot(from, to);
   double sum = 0, area = 0;
   for (uint32_t t = 0; t < weight.size(); t++) {
     sum += from.normal(t).norm() * weight[t];
