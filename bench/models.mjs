@@ -3,12 +3,11 @@
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { MeshoptDecoder } from 'meshoptimizer';
 
 import { hull, valueAt } from './hull.mjs';
 import { madeAt, madeText } from './made_at.mjs';
-import { readGlb, readPly, root, weld, writePly } from './meshes.mjs';
-import { draco, measure, relief, simplifyDraco } from './peers.mjs';
+import { readPly, root, weld, writePly } from './meshes.mjs';
+import { draco, measure, relief, RELIEF, run, simplifyDraco } from './peers.mjs';
 import { table, whole } from './report.mjs';
 
 const LEVELS = [4, 2, 1, 0.5];
@@ -16,17 +15,19 @@ const ERRORS = [6e-4, 4e-4, 2.8e-4, 2e-4, 1.4e-4, 1e-4, 0.7e-4, 0.5e-4];
 // Models of any number of vertices: all ratios with all bits that errors of 4 to 0.5 may want.
 const RATIOS = [0.0125, 0.025, 0.05, 0.1, 0.15, 0.25, 0.35, 0.5, 0.7].map(ratio => [ratio, [9, 10, 11, 12, 13]]);
 
-async function read(file) {
-  if (path.extname(file) === '.ply') return readPly(file);
-  await MeshoptDecoder.ready;
-  return readGlb(file, MeshoptDecoder);
+// The geometry of a file.
+function read(file, folder) {
+  if (path.extname(file) === '.ply') return weld(readPly(file));
+  const ply = path.join(folder, 'geometry.ply');
+  run(RELIEF, 'decode', file, ply, '--quiet');
+  return weld(readPly(ply));
 }
 
 async function measureModel(file) {
   const name = path.basename(file, path.extname(file));
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'relief-models-'));
   try {
-    const mesh = weld(await read(file));
+    const mesh = read(file, folder);
     const model = { mesh, folder, quick: false, leftOut: [], ply: path.join(folder, 'model.ply'), errors: ERRORS, ratios: RATIOS };
     writePly(model.ply, mesh);
     const points = { ours: [], peers: [] };
@@ -71,9 +72,10 @@ ${table(['', 'vertices', 'E', 'Relief, bytes', 'simplify + Draco, bytes', 'ratio
 }
 
 const file = path.join(root, 'build/models.json');
-const models = fs.existsSync(file) ? JSON.parse(fs.readFileSync(file, 'utf8')) : [];  // of earlier runs
+let models = [];
 for (const argument of process.argv.slice(2)) {
   const model = await measureModel(argument);
+  models = fs.existsSync(file) ? JSON.parse(fs.readFileSync(file, 'utf8')) : [];  // of other runs
   const at = models.findIndex(({ name }) => name === model.name);
   models.splice(at < 0 ? models.length : at, 1, model);
   fs.writeFileSync(file, JSON.stringify(models, null, 1) + '\n');

@@ -8,10 +8,10 @@ import { MeshoptDecoder, MeshoptSimplifier } from 'meshoptimizer';
 import { compact, readGlb, root, writeObj, writePly } from './meshes.mjs';
 
 export const build = path.resolve(root, process.env.RELIEF_BUILD ?? 'build/release');
-const RELIEF = path.join(build, 'encoder/relief');
+export const RELIEF = path.join(build, 'encoder/relief');
 const GLTFPACK = path.join(root, 'bench/node_modules/gltfpack/cli.js');
 
-const OPTIONS = { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'], maxBuffer: 1 << 28, timeout: 600_000 };
+const OPTIONS = { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'], maxBuffer: 1 << 28, timeout: 1_800_000 };
 export const run = (program, ...args) => execFileSync(program, args.map(String), OPTIONS);
 
 // E_rms and E_max in 1e-4 of the diagonal and the mean deviation of normals in degrees, measured on the decoded file.

@@ -75,7 +75,9 @@ class SearchMesh {
   SearchMesh(RTCDevice device, std::vector<Eigen::Vector3d> positions,
              std::vector<std::array<uint32_t, 3>> triangles)
       : positions_(std::move(positions)), triangles_(std::move(triangles)), scene_(rtcNewScene(device)) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    constexpr size_t kLarge = 4 << 20;  // triangles, whose hierarchy takes little memory at some cost in time
+    rtcSetSceneFlags(scene_, triangles_.size() > kLarge ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT
+                                                        : RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                  RTC_FORMAT_FLOAT3, 12, positions_.size()));

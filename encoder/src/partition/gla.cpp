@@ -85,7 +85,6 @@ class Lloyd {
   bool grow(std::vector<int>& active);
   std::vector<int> with_neighbours(const std::vector<int>& patches);
 
-  std::vector<int> best_;  // of each cell: the lowest bucket in which it waits
   std::vector<Node> nodes_;
   std::vector<int> mark_, patch_mark_;  // of cells and patches: the stamp of the last visit
   int stamp_ = 0;
