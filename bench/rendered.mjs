@@ -91,7 +91,7 @@ async function row(name, what, bytes, file, page, options) {
   const { rms, normals } = measure(path.join(output, `${name}.ply`), path.join(output, file));
   const psnr = await draw(page, file, options);
   console.error(`${name}: ${what}: ${bytes} bytes, E ${rms.toFixed(3)}, ${MODES.map(mode => `${mode} ${psnr[mode].toFixed(2)} dB`).join(', ')}`);
-  return { what, bytes, rms, normals, ...psnr };
+  return { what, bytes, rms, normals, psnr };
 }
 
 async function measureModel(model, browser, address) {
@@ -126,7 +126,7 @@ E and the mean deviation of normals (degrees) by \`relief compare\`.
 
 ${models.map(({ name, rows, ...made }) => `## ${name}, ${madeText(made)}
 
-${table(['', 'bytes', 'E', 'normals', ...MODES.map(mode => `${mode}, dB`)], rows.map(({ what, bytes, rms, normals, ...psnr }) =>
+${table(['', 'bytes', 'E', 'normals', ...MODES.map(mode => `${mode}, dB`)], rows.map(({ what, bytes, rms, normals, psnr }) =>
     [what, whole.format(bytes), rms.toFixed(3), normals.toFixed(2), ...MODES.map(mode => psnr[mode].toFixed(2))]))}`).join('\n')}`;
 }
 
