@@ -11,7 +11,7 @@ import { draco, measure, relief, RELIEF, run, simplifyDraco } from './peers.mjs'
 import { table, whole } from './report.mjs';
 
 const LEVELS = [4, 2, 1, 0.5];
-const ERRORS = [6e-4, 4e-4, 2.8e-4, 2e-4, 1.4e-4, 1e-4, 0.7e-4, 0.5e-4];
+const ERRORS = [6e-4, 4e-4, 2e-4, 1e-4, 0.5e-4];
 // Models of any number of vertices: all ratios with all bits that errors of 4 to 0.5 may want.
 const RATIOS = [0.0125, 0.025, 0.05, 0.1, 0.15, 0.25, 0.35, 0.5, 0.7].map(ratio => [ratio, [9, 10, 11, 12, 13]]);
 
