@@ -182,18 +182,17 @@ struct Part {
 };
 
 // Makes the diagonal from a to b between the triangles with c and d; split if there is such an edge, by a
-// vertex a sixteenth of the way from its middle to theirs, so that the two edges do not lie in one place.
+// vertex a sixteenth of the way from its middle to one of theirs, so that the two edges do not lie in one
+// place: the other one in a face with the same corners in reverse, as there are on both sides of what is thin.
 // False: no room.
 bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
   if (!has_edge(g, a, b)) {
     add_diagonal(g, a, b);
     return true;
   }
+  const int32_t *from = g.n.position[a], *to = g.n.position[b], *towards = g.n.position[a < b ? d : c];
   int64_t p[3];
-  for (int k = 0; k < 3; k++)
-    p[k] =
-        (15 * (int64_t(g.n.position[a][k]) + g.n.position[b][k]) + g.n.position[c][k] + g.n.position[d][k]) /
-        32;
+  for (int k = 0; k < 3; k++) p[k] = (15 * (int64_t(from[k]) + to[k]) + 2 * int64_t(towards[k])) / 32;
   return add_vertex(g, p, middle);
 }
 

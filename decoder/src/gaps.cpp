@@ -61,9 +61,11 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   Arena arena(memory);
   allocate(g, arena, nodes.count);
   g.work = 64 * int64_t(g.corner_capacity);
-  trace_loops(g);
-  find_outward(g);
-  find_partners(g);
+  if (!(kTracing && options.trace && options.trace->partners_known)) {
+    trace_loops(g);
+    find_outward(g);
+    find_partners(g);
+  }
   if (!make_links(g)) return RELIEF_ERROR_CORRUPT;
   return close_faces(g);
 }

@@ -24,6 +24,7 @@ struct GapTrace {
   uint32_t link_capacity, link_count;
   uint32_t* nodes;  // vertex of each
   uint32_t node_capacity, node_count;
+  bool partners_known;  // `memory` holds what an earlier call found for the same nodes
 };
 
 // Builds without an encoder leave the tracing away.

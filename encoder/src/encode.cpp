@@ -253,7 +253,7 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
 // with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
 // one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 7, kMendRounds = 8, kMendAgainRounds = 2, kVain = 3;
+  constexpr int kMost = 7, kMendRounds = 2, kMendAgainRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
   const bool bisk = s.placement.bisk;
   // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients

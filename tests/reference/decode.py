@@ -1337,8 +1337,9 @@ class Gaps:
             return None
         middle = None
         if self.edge(q[i], q[j]):
-            p, r, x, y = (self.nodes[v].position for v in (q[i], q[j], q[at[i, j]], q[behind]))
-            middle = self.add_vertex([quotient(15 * (p[k] + r[k]) + x[k] + y[k], 32) for k in range(3)])
+            towards = q[behind] if q[i] < q[j] else q[at[i, j]]
+            p, r, z = (self.nodes[v].position for v in (q[i], q[j], towards))
+            middle = self.add_vertex([quotient(15 * (p[k] + r[k]) + 2 * z[k], 32) for k in range(3)])
         else:
             self.diagonals.add(frozenset((q[i], q[j])))
         queue.append((i, j, middle))

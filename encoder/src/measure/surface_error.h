@@ -23,8 +23,9 @@ class ErrorMeter {
   ErrorMeter(const TriangleMesh& original, size_t samples);
   ~ErrorMeter();
   SurfaceError measure(const TriangleMesh& other) const;
-  // Only SurfaceError::rms over the diagonal.
-  double relative_rms(const TriangleMesh& other) const;
+  // Only SurfaceError::rms over the diagonal, for meshes that are much alike, one after the other: where the
+  // original has its samples is decided once, and again where they err too much.
+  double relative_rms(const TriangleMesh& other);
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
 

@@ -91,14 +91,15 @@ class Rasteriser {
     int x0, x1, y0, y1;
     range(t.x, fine_.width, x0, x1);
     range(t.y, fine_.height, y0, y1);
+    const double tiny = -1e-7 * area;
     for (int y = y0; y <= y1; y++)
       for (int x = x0; x <= x1; x++) {
-        const double a = ((t.x[1] - x) * (t.y[2] - y) - (t.x[2] - x) * (t.y[1] - y)) / area;
-        const double b = ((t.x[2] - x) * (t.y[0] - y) - (t.x[0] - x) * (t.y[2] - y)) / area;
-        const double c = 1 - a - b;
-        if (a < -1e-7 || b < -1e-7 || c < -1e-7) continue;
         const size_t i = size_t(y) * fine_.width + size_t(x);
         if (fine_.owner[i]) continue;
+        const double opposite_0 = (t.x[1] - x) * (t.y[2] - y) - (t.x[2] - x) * (t.y[1] - y);
+        const double opposite_1 = (t.x[2] - x) * (t.y[0] - y) - (t.x[0] - x) * (t.y[2] - y);
+        if (opposite_0 < tiny || opposite_1 < tiny || area - opposite_0 - opposite_1 < tiny) continue;
+        const double a = opposite_0 / area, b = opposite_1 / area, c = 1 - a - b;
         fine_.owner[i] = mixed ? owner_at(f, a, b, c) : owner;
         fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2] + bulge_at(f, a, b, c));
         if (x % kOversampling == 0 && y % kOversampling == 0)
@@ -118,18 +119,19 @@ class Rasteriser {
   // The label with the largest interpolated weight times how well its plane faces the surface there.
   uint8_t owner_at(int f, double a, double b, double c) {
     const double share[3] = {a, b, c};
-    weights_.clear();
+    std::pair<int, double> weights[3 * LabelWeights::kMost];
+    auto* end = weights;
     for (int k = 0; k < 3; k++)
       for (auto& [label, w] : o_.vertex[size_t(s_.faces[f][k])]) {
-        auto it = std::find_if(weights_.begin(), weights_.end(), [&](auto& e) { return e.first == label; });
-        if (it == weights_.end())
-          weights_.push_back({label, w * share[k]});
-        else
-          it->second += w * share[k];
+        auto* at = weights;
+        while (at != end && at->first != label) at++;
+        if (at == end) *end++ = {label, 0};
+        at->second += w * share[k];
       }
     int best = -1;
     double most = -1;
-    for (auto& [label, w] : weights_) {
+    for (const auto* e = weights; e != end; e++) {
+      const auto& [label, w] = *e;
       const double facing = s_.normals[f].dot(vec(patches_[size_t(label)].frame.n));
       const double v = w * std::max(0.02, facing);
       if (v > most || (v == most && label < best)) most = v, best = label;
@@ -145,7 +147,6 @@ class Rasteriser {
   size_t map_width_;
   Vec3 e1_, e2_, n_;
   double scale_, ox_, oy_, oz_;
-  std::vector<std::pair<int, double>> weights_;
 };
 
 // The rectangle of the grid that holds the patch, with room for pixels that its diffused border gains.

@@ -2,6 +2,7 @@
 
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "surface/sets.h"
 
@@ -40,12 +41,12 @@ PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
   nodes_.resize(nodes);
 }
 
-DecodedMesh PatchDecoder::close(const Seams& seams) {
+DecodedMesh PatchDecoder::close(const Seams& seams, DecodedMesh spare) {
   const std::vector<uint8_t> bytes = code_seams(seams);
-  return close(bytes.data(), bytes.data() + bytes.size());
+  return close(bytes.data(), bytes.data() + bytes.size(), std::move(spare));
 }
 
-DecodedMesh PatchDecoder::close(const uint8_t* seams, const uint8_t* end) {
+DecodedMesh PatchDecoder::close(const uint8_t* seams, const uint8_t* end, DecodedMesh d) {
   GapTrace trace = {};
   trace.first_triangle = first_triangle_.data();
   trace.capacity = uint32_t(first_triangle_.size());
@@ -54,14 +55,22 @@ DecodedMesh PatchDecoder::close(const uint8_t* seams, const uint8_t* end) {
   trace.link_capacity = uint32_t(links_.size());
   trace.nodes = nodes_.data();
   trace.node_capacity = uint32_t(nodes_.size());
+  trace.partners_known = std::exchange(partners_known_, true);
   const bool closed = open_.parsed.header.flags & kFlagClosed;
   const GapOptions options = {open_.spacing, closed, seams, end, &trace};
   MeshWriter mesh = open_.mesh;  // what was added before is written over
   check(close_gaps(open_.nodes, open_.components, options, mesh, open_.gap_memory));
-  DecodedMesh d;
-  d.mesh.positions.assign(mesh_.positions.begin(), mesh_.positions.begin() + mesh.vertex_count);
-  d.mesh.triangles.assign(mesh_.triangles.begin(), mesh_.triangles.begin() + mesh.triangle_count);
-  place(open_.parsed.header, d.mesh.positions[0].data(), mesh.vertex_count);
+  const bool fresh = d.mesh.positions.size() < open_.mesh.vertex_count;
+  const auto vertex = fresh ? 0 : ptrdiff_t(open_.mesh.vertex_count);
+  const auto triangle = fresh ? 0 : ptrdiff_t(open_.mesh.triangle_count);
+  d.mesh.positions.resize(size_t(vertex));
+  d.mesh.triangles.resize(size_t(triangle));
+  d.mesh.positions.insert(d.mesh.positions.end(), mesh_.positions.begin() + vertex,
+                          mesh_.positions.begin() + mesh.vertex_count);
+  d.mesh.triangles.insert(d.mesh.triangles.end(), mesh_.triangles.begin() + triangle,
+                          mesh_.triangles.begin() + mesh.triangle_count);
+  place(open_.parsed.header, d.mesh.positions.data()->data() + 3 * vertex,
+        mesh.vertex_count - uint32_t(vertex));
   d.first_triangle.assign(first_triangle_.begin(), first_triangle_.begin() + trace.count);
   d.links.assign(links_.begin(), links_.begin() + trace.link_count);
   d.kind.assign(kind_.begin(), kind_.begin() + trace.link_count);

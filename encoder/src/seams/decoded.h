@@ -30,8 +30,9 @@ struct DecodedMesh {
 class PatchDecoder {
  public:
   explicit PatchDecoder(const std::vector<uint8_t>& stream);
-  DecodedMesh close(const Seams& seams);
-  DecodedMesh close(const uint8_t* seams, const uint8_t* end);  // as they are in a stream
+  // spare: what this function returned before, to be written over: its patches are the same.
+  DecodedMesh close(const Seams& seams, DecodedMesh spare = {});
+  DecodedMesh close(const uint8_t* seams, const uint8_t* end, DecodedMesh spare = {});  // as in a stream
   const Parsed& parsed() const { return open_.parsed; }
 
  private:
@@ -41,6 +42,7 @@ class PatchDecoder {
   std::vector<Block> workspace_;
   TriangleMesh mesh_;  // lattice coordinates; room for what closing adds
   OpenPatches open_;
+  bool partners_known_ = false;
   // what a trace may fill
   std::vector<uint32_t> first_triangle_, nodes_;
   std::vector<std::array<uint32_t, 2>> links_;

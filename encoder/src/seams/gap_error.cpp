@@ -28,24 +28,44 @@ uint64_t key_of(const TriangleMesh& m, size_t t) {
   return key;
 }
 
+std::array<Vec3, 3> corners(const DecodedMesh& d, const Ground& ground, size_t t) {
+  std::array<Vec3, 3> p;
+  for (size_t k = 0; k < 3; k++) p[k] = ground.lattice(d.mesh.positions[d.mesh.triangles[t][k]]);
+  return p;
+}
+
 double longest_edge(const std::array<Vec3, 3>& p) {
   return std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
 }
 
+// Finds triangles by their keys among those of a mesh that is much the same, in much the same order.
+class Follower {
+ public:
+  explicit Follower(const std::vector<GapTriangle>& list) : list_(list) {}
+  const GapTriangle* find(uint64_t key) {
+    constexpr size_t kAhead = 64;
+    for (size_t i = at_; i < std::min(list_.size(), at_ + kAhead); i++)
+      if (list_[i].key == key) {
+        at_ = i + 1;
+        return &list_[i];
+      }
+    return nullptr;
+  }
+
+ private:
+  const std::vector<GapTriangle>& list_;
+  size_t at_ = 0;
+};
+
 // Long triangles are looked at in the middles of their edges, others in their own middle.
-void measure_unknown(GapError& g, const DistanceToSurface& distance, double spacing, KnownTriangles& known) {
-  struct Probe {
-    size_t triangle;
-    float share;
-  };
+void measure_unknown(const DecodedMesh& decoded, const Ground& ground, const std::vector<size_t>& unknown,
+                     const DistanceToSurface& distance, double spacing, GapError& g, KnownTriangles& known) {
   std::vector<Vec3> points;
-  std::vector<Probe> probes;
-  for (size_t t = 0; t < g.key.size(); t++) {
-    const auto& p = g.corner[t];
-    const auto at = known.find(g.key[t]);
-    if (at != known.end()) {
-      g.squared[t] = at->second;
-    } else if (longest_edge(p) > kLong * spacing) {
+  std::vector<std::pair<size_t, float>> probes;  // a triangle and the share of a point
+  for (size_t t : unknown) {
+    const std::array<Vec3, 3> p = corners(decoded, ground, decoded.patch_triangles() + t);
+    g.triangle[t].area = (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2;
+    if (longest_edge(p) > kLong * spacing) {
       for (size_t k = 0; k < 3; k++) {
         points.push_back((p[k] + p[(k + 1) % 3]) / 2);
         probes.push_back({t, 1 / 3.0f});
@@ -57,57 +77,68 @@ void measure_unknown(GapError& g, const DistanceToSurface& distance, double spac
   }
   if (points.empty()) return;
   const std::vector<float> d = distance(points);
-  for (size_t i = 0; i < probes.size(); i++) g.squared[probes[i].triangle] += probes[i].share * d[i] * d[i];
-  for (const Probe& p : probes) known[g.key[p.triangle]] = g.squared[p.triangle];
+  for (size_t i = 0; i < probes.size(); i++)
+    g.triangle[probes[i].first].squared += probes[i].second * d[i] * d[i];
+  for (size_t t : unknown) known[g.triangle[t].key] = g.triangle[t];
+}
+
+// Those of `x` that are not in `y`.
+std::vector<size_t> only_in(const std::vector<GapTriangle>& x, const std::vector<GapTriangle>& y) {
+  auto same = [](const GapTriangle& a, const GapTriangle& b) { return a.key == b.key; };
+  const auto first = std::mismatch(x.begin(), x.end(), y.begin(), y.end(), same);
+  const auto last = std::mismatch(x.rbegin(), std::make_reverse_iterator(first.first), y.rbegin(),
+                                  std::make_reverse_iterator(first.second), same);
+  std::unordered_set<uint64_t> keys;
+  for (auto t = first.second; t != last.second.base(); ++t) keys.insert(t->key);
+  std::vector<size_t> found;
+  for (auto t = first.first; t != last.first.base(); ++t)
+    if (!keys.count(t->key)) found.push_back(size_t(t - x.begin()));
+  return found;
 }
 
 }  // namespace
 
 GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const DistanceToSurface& distance,
-                   double spacing, KnownTriangles& known) {
+                   double spacing, const GapError& like, KnownTriangles& known) {
   GapError g;
-  const size_t first = decoded.patch_triangles(), count = decoded.mesh.triangles.size() - first;
-  g.squared.assign(count, 0);
+  const size_t first = decoded.patch_triangles();
+  std::vector<size_t> unknown;
+  Follower follower(like.triangle);
   for (size_t t = first; t < decoded.mesh.triangles.size(); t++) {
-    std::array<Vec3, 3> p;
-    for (size_t k = 0; k < 3; k++)
-      p[k] = ground.lattice(decoded.mesh.positions[decoded.mesh.triangles[t][k]]);
-    g.area.push_back((p[1] - p[0]).cross(p[2] - p[0]).norm() / 2);
-    g.key.push_back(key_of(decoded.mesh, t));
-    g.corner.push_back(p);
+    const uint64_t key = key_of(decoded.mesh, t);
+    const GapTriangle* found = follower.find(key);
+    if (const auto at = found ? known.end() : known.find(key); at != known.end()) found = &at->second;
+    if (!found) unknown.push_back(t - first);
+    g.triangle.push_back(found ? *found : GapTriangle{key, 0, 0});
   }
-  measure_unknown(g, distance, spacing, known);
+  measure_unknown(decoded, ground, unknown, distance, spacing, g, known);
   g.of_face.assign(decoded.first_triangle.size(), 0);
   for (size_t f = 0; f < g.of_face.size(); f++) {
     for (size_t t = decoded.first_triangle[f]; t < decoded.face_end(f); t++)
-      g.of_face[f] += double(g.squared[t - first]) * g.area[t - first];
+      g.of_face[f] += double(g.triangle[t - first].squared) * g.triangle[t - first].area;
     g.sum += g.of_face[f];
   }
   return g;
 }
 
-double laid_bare(const GapError& before, const GapError& after) {
-  const std::unordered_set<uint64_t> old(before.key.begin(), before.key.end()),
-      fresh(after.key.begin(), after.key.end());
-  std::vector<size_t> added;
-  for (size_t t = 0; t < after.key.size(); t++)
-    if (!old.count(after.key[t])) added.push_back(t);
+double laid_bare(const DecodedMesh& before, const GapError& error_before, const DecodedMesh& after,
+                 const GapError& error_after, const Ground& ground) {
+  std::vector<std::array<Vec3, 3>> added;
+  for (size_t t : only_in(error_after.triangle, error_before.triangle))
+    added.push_back(corners(after, ground, after.patch_triangles() + t));
   double sum = 0;
-  for (size_t t = 0; t < before.key.size(); t++) {
-    if (fresh.count(before.key[t])) continue;
-    const auto& p = before.corner[t];
+  for (size_t t : only_in(error_before.triangle, error_after.triangle)) {
+    const std::array<Vec3, 3> p = corners(before, ground, before.patch_triangles() + t);
+    const GapTriangle& old = error_before.triangle[t];
     const Vec3 middle = (p[0] + p[1] + p[2]) / 3;
     for (const Vec3& q :
          {middle, Vec3((middle + p[0]) / 2), Vec3((middle + p[1]) / 2), Vec3((middle + p[2]) / 2)}) {
       double least = INFINITY;  // the corners are still there
       for (const Vec3& v : p) least = std::min(least, (v - q).squaredNorm());
-      for (size_t a : added) {
-        const auto& c = after.corner[a];
-        least = std::min(least, squared_distance(q, c[0], c[1], c[2]));
-      }
+      for (const auto& c : added) least = std::min(least, squared_distance(q, c[0], c[1], c[2]));
       // the surface is only about where the triangle was
-      const double away = std::max(0.0, std::sqrt(least) - 2 * std::sqrt(double(before.squared[t])));
-      sum += away * away * before.area[t] / 4;
+      const double away = std::max(0.0, std::sqrt(least) - 2 * std::sqrt(double(old.squared)));
+      sum += away * away * old.area / 4;
     }
   }
   return sum;

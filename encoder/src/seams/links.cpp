@@ -200,9 +200,11 @@ std::vector<std::array<uint32_t, 2>> links_from(const DecodedMesh& decoded, cons
                                                 size_t most) {
   constexpr double kReach = 6, kApart = 3;  // spacings
   constexpr size_t kEach = 3;               // from a node
-  std::set<std::pair<uint32_t, uint32_t>> known;
+  std::set<std::pair<uint32_t, uint32_t>> known;  // at these nodes
   std::set<uint32_t> lower;
-  for (const auto& [a, b] : decoded.links) known.insert(std::minmax(a, b));
+  auto wanted = [&](uint32_t n) { return std::find(nodes.begin(), nodes.end(), n) != nodes.end(); };
+  for (const auto& [a, b] : decoded.links)
+    if (wanted(a) || wanted(b)) known.insert(std::minmax(a, b));
   for (const auto& [a, b] : added) lower.insert(a);
   std::vector<Vec3> place;
   for (uint32_t v : decoded.nodes) place.push_back(ground.lattice(decoded.mesh.positions[v]));

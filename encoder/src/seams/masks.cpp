@@ -42,11 +42,11 @@ std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& gro
                  .norm() /
              2;
     } else {
-      size = error.area[t - first];
+      size = error.triangle[t - first].area;
     }
     for (uint32_t v : c)
       if (v < area.size() &&
-          (t < first || error.squared[t - first] < ground.spacing[v] * ground.spacing[v] / 4))
+          (t < first || error.triangle[t - first].squared < ground.spacing[v] * ground.spacing[v] / 4))
         area[v] += size / 3;
   }
   return area;
@@ -142,15 +142,19 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
   }
 }
 
-void mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
+int mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
+  int coincident = 0;
   std::vector<char> on_border(decoded.mesh.positions.size(), 0);
   for (uint32_t v : decoded.nodes) on_border[v] = 1;
   std::unordered_map<std::array<float, 3>, uint32_t, PositionHash> first;
   first.reserve(ground.pixel.size());
   for (uint32_t v = 0; v < ground.pixel.size(); v++) {
     const auto [at, fresh] = first.try_emplace(decoded.mesh.positions[v], v);
-    if (!fresh) unwanted[on_border[v] || !on_border[at->second] ? v : at->second] = 1;
+    if (fresh) continue;
+    unwanted[on_border[v] || !on_border[at->second] ? v : at->second] = 1;
+    coincident++;
   }
+  return coincident;
 }
 
 // Corners that a face between patches has twice, where it took vertices of its own to close it: links there
@@ -266,19 +270,19 @@ int mark_folds(const DecodedMesh& decoded, const Ground& ground, std::vector<cha
 }  // namespace
 
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  const GapError& error, bool strays_only, int& folds, double& lost) {
+                                  const GapError& error, bool needful, MaskFaults& faults) {
   std::vector<char> unwanted(ground.pixel.size(), 0), folded(unwanted);
-  folds = mark_folds(decoded, ground, folded);
-  if (!strays_only) {
+  faults.folds = mark_folds(decoded, ground, folded);
+  if (!needful) {
     unwanted = std::move(folded);
-    mark_coincident(decoded, ground, unwanted);
     mark_tangles(decoded, unwanted);
-    for (size_t v = 0; v < unwanted.size(); v++)
-      if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
   }
+  faults.coincident = mark_coincident(decoded, ground, unwanted);
+  for (size_t v = 0; v < unwanted.size(); v++)
+    if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
   const std::vector<double> area = area_of_pixels(decoded, ground, error);
-  mark_strays(decoded, ground, pieces, area, unwanted, lost);
-  mark_bridged(decoded, ground, pieces, error, area, unwanted, lost);
+  mark_strays(decoded, ground, pieces, area, unwanted, faults.lost);
+  mark_bridged(decoded, ground, pieces, error, area, unwanted, faults.lost);
   return unwanted;
 }
 

@@ -17,12 +17,15 @@ struct CleanedPatch {
 // - small pieces that are joined to it through the air, at much more error than leaving them away;
 // - one of two pixels at one point of the lattice;
 // - pixels where links contradict one another;
-// - pixels beyond the border of another patch, where the triangles between the patches turn over. `folds`
-//   receives the number of such edges that the surface does not have there.
-// strays_only: only the first two.
-// What leaving pieces away costs, squared distance times area, is added to `lost`.
+// - pixels beyond the border of another patch, where the triangles between the patches turn over.
+// needful: only the first three.
+struct MaskFaults {
+  int folds = 0;       // edges where triangles turn over that the surface does not have there
+  int coincident = 0;  // pixels at another one's point
+  double lost = 0;     // what leaving pieces away costs, squared distance times area; summed up
+};
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  const GapError& error, bool strays_only, int& folds, double& lost);
+                                  const GapError& error, bool needful, MaskFaults& faults);
 
 // Takes the pixels out. Patches that lose every pixel are taken out, from patch_number as well. `storage`
 // keeps what `patches` then points to. Returns whether anything was changed.

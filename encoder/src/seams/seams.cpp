@@ -37,6 +37,7 @@ struct Context : SeamsInput {
   const StreamParts& coded;
   Ground ground;
   mutable PatchDecoder decoder;
+  mutable DecodedMesh spare;  // of an attempt that was given up
   DecodedMesh plain;      // without seams
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
@@ -110,7 +111,7 @@ Attempt attempt(const Context& in, Seams seams) {
   Attempt a;
   std::sort(seams.dropped_links.begin(), seams.dropped_links.end());
   std::sort(seams.holes.begin(), seams.holes.end());
-  a.decoded = in.decoder.close(seams);
+  a.decoded = in.decoder.close(seams, std::exchange(in.spare, {}));
   a.topology = in.closed ? closed_topology(in, a.decoded) : topology(a.decoded.mesh);
   a.mismatch = mismatch(a.topology, in.topology);
   a.seams = std::move(seams);
@@ -217,8 +218,8 @@ void add_handles(const Context& in, Attempt& best) {
   }
 }
 
-GapError error_of(const Context& in, const Attempt& a) {
-  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, in.known);
+GapError error_of(const Context& in, const Attempt& a, const GapError& like = {}) {
+  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known);
 }
 
 // Faces with more than so small a share of all error, the worst first.
@@ -256,7 +257,8 @@ class RimLinks {
     const size_t first = a.decoded.patch_triangles();
     std::vector<Suspect> triangles;
     for (size_t t = a.decoded.first_triangle[face]; t < a.decoded.face_end(face); t++)
-      triangles.push_back({float(error.squared[t - first] * error.area[t - first]), uint32_t(t)});
+      triangles.push_back(
+          {float(error.triangle[t - first].squared * error.triangle[t - first].area), uint32_t(t)});
     worst_first(triangles);
     triangles.resize(std::min(triangles.size(), kWorst));
     std::vector<uint32_t> found;
@@ -293,14 +295,20 @@ class FaceTrials {
     trials_++;
     seams.holes.clear();
     Attempt a = open_holes(in_, std::move(seams));
+    GapError e;
+    const bool better = is_better(a, e, link);
+    if (better) std::swap(best_, a), std::swap(error_, e);
+    in_.spare = std::move(a.decoded);
+    return better;
+  }
+
+  bool is_better(const Attempt& a, GapError& e, int64_t link) const {
     if (a.mismatch > best_.mismatch || a.topology.genus > in_.topology.genus) return false;
     if (link >= 0 && (a.decoded.kind[size_t(link)] != LinkKind::kMade || a.mismatch == best_.mismatch))
       return false;
-    GapError e = error_of(in_, a);
+    e = error_of(in_, a, error_);
     const double gain = error_.sum - e.sum;
-    if (gain <= 0 || gain <= laid_bare(error_, e)) return false;
-    best_ = std::move(a), error_ = std::move(e);
-    return true;
+    return gain > 0 && gain > laid_bare(best_.decoded, error_, a.decoded, e, in_.ground);
   }
 
   bool by_refused_links(uint32_t face) {
@@ -346,7 +354,8 @@ class FaceTrials {
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr int kVainRounds = 1;        // of mending masks, without getting better
-constexpr int kStrayRounds = 2;       // after those, which take away strays alone
+constexpr int kNeedfulRounds = 2;     // after those, for what must not stay
+constexpr double kCoincidentScore = 1000;
 
 }  // namespace
 
@@ -371,22 +380,21 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   } best = {{}, {}, INFINITY};
   StreamParts parts = code_stream(patches, placement);
   KnownTriangles known;
-  double lost = 0;  // with pixels that were taken out
-  for (int round = 0, vain = 0, strays = 0; strays <= kStrayRounds; round++) {
-    const bool strays_only = round >= rounds || vain > kVainRounds;
-    strays += strays_only;
+  MaskFaults faults;
+  for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
+    const bool needful = round >= rounds || vain > kVainRounds;
+    last += needful;
     const Context in(parts, patches, input, known);
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
     const Pieces pieces = pieces_of(in, dropped);
     Attempt a = with_links(in, dropped, pieces);
     add_handles(in, a);
-    int folds = 0;
-    const double lost_before = lost;
+    const double lost_before = faults.lost;
     const GapError error = error_of(in, a);
-    const std::vector<char> unwanted =
-        unwanted_pixels(a.decoded, in.ground, pieces, error, strays_only, folds, lost);
+    const std::vector<char> unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, needful, faults);
     const auto count = std::count(unwanted.begin(), unwanted.end(), 1);
-    const double score = 10 * a.mismatch + 2 * folds + double(count) +
+    const double score = 10 * a.mismatch + 2 * faults.folds + double(count) +
+                         kCoincidentScore * faults.coincident +
                          (error.sum + lost_before) / (kErrorScore * std::pow(double(placement.spacing), 4));
     if (score < best.score)
       best = {patches, patch_number, score}, vain = 0;

@@ -27,8 +27,8 @@ struct FoundSeams {
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough);
 
-// Decodes and takes out of the masks what spoils the seams, at most so many times over; then what strays from
-// the other pixels. See unwanted_pixels.
+// Decodes and takes out of the masks what spoils the seams, at most so many times over; then what must not
+// stay. See unwanted_pixels.
 void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
                 int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage);
 
