@@ -81,13 +81,13 @@ async function main() {
   const name = path.basename(model, path.extname(model));
   const made = path.join(folder, `${name}-${parts}.ply`);
   if (!fs.existsSync(made)) execFileSync(path.join(build, 'bench/roughen'), [model, made, '--parts', String(parts)], { stdio: 'inherit' });
-  const runs = [];
+  const runs = [], begun = madeAt();
   for (const run of [{ name, file: model, error: 1 }, { name: `${name} × ${parts}²`, file: made, parts, error: +values.error }]) {
     runs.push({ ...run, ...await encode(run.file, run.error, folder) });
     const { report, seconds, memory } = runs.at(-1);
     console.error(`${run.name}: ${report.vertices} vertices, ${seconds.toFixed(1)} s, ${Math.round(memory / 1e6)} MB`);
   }
-  const page = text(runs, madeAt());
+  const page = text(runs, begun);
   fs.writeFileSync(path.join(root, 'bench/results/huge.md'), page);
   console.log(page);
 }

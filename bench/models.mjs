@@ -24,7 +24,7 @@ function read(file, folder) {
 }
 
 async function measureModel(file) {
-  const name = path.basename(file, path.extname(file));
+  const name = path.basename(file, path.extname(file)), made = madeAt();
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'relief-models-'));
   try {
     const mesh = read(file, folder);
@@ -40,7 +40,7 @@ async function measureModel(file) {
     await simplifyDraco(model, record(points.peers));
     await draco(model, record(points.peers));  // some models are best left as they are
     for (const line of model.leftOut) console.error(`${name}: left out: ${line}`);
-    return { name, ...madeAt(), vertices: mesh.positions.length / 3, triangles: mesh.indices.length / 3, ...points };
+    return { name, ...made, vertices: mesh.positions.length / 3, triangles: mesh.indices.length / 3, ...points };
   } finally {
     fs.rmSync(folder, { recursive: true });
   }

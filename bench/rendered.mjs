@@ -95,7 +95,7 @@ async function row(name, what, bytes, file, page, options) {
 }
 
 async function measureModel(model, browser, address) {
-  const name = path.basename(model, path.extname(model));
+  const name = path.basename(model, path.extname(model)), made = madeAt();
   const page = await browser.newPage();
   page.on('pageerror', error => { throw error; });
   await page.goto(address);
@@ -111,7 +111,7 @@ async function measureModel(model, browser, address) {
     await row(name, 'Relief, normals of its triangles', bytes, stream, page, { anew: true })];
   for (const factor of [1, 4]) rows.push(...await peersAt(name, factor, bytes, mesh, page));
   await page.close();
-  return { name, ...madeAt(), bytes, rows };
+  return { name, ...made, bytes, rows };
 }
 
 // --- Report
