@@ -72,10 +72,11 @@ ${table(['', 'vertices', 'E', 'Relief, bytes', 'simplify + Draco, bytes', 'ratio
 }
 
 const file = path.join(root, 'build/models.json');
-let models = [];
+const earlier = () => (fs.existsSync(file) ? JSON.parse(fs.readFileSync(file, 'utf8')) : []);
+let models = earlier();
 for (const argument of process.argv.slice(2)) {
   const model = await measureModel(argument);
-  models = fs.existsSync(file) ? JSON.parse(fs.readFileSync(file, 'utf8')) : [];  // of other runs
+  models = earlier();  // another run may have added some
   const at = models.findIndex(({ name }) => name === model.name);
   models.splice(at < 0 ? models.length : at, 1, model);
   fs.writeFileSync(file, JSON.stringify(models, null, 1) + '\n');
