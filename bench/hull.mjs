@@ -1,4 +1,4 @@
-// The lower convex hull of bytes over error, both logarithmic: what the best mixture of settings takes. Points are
+// The lower convex hull of bytes over error, both logarithmic, which evens out what single encodes happen to take. Points are
 // { e_rms, bytes, ... }.
 
 const x = ({ e_rms }) => Math.log(e_rms);
@@ -18,7 +18,7 @@ export function hull(points) {
   return line;
 }
 
-// A property at an error on the hull, linear in the logarithms; null outside. beyond: the hull's last edge is drawn on to so
+// A property at an error on a line of points by rising error, linear in the logarithms; null outside. beyond: the last edge is drawn on to so
 // many times the largest error.
 export function valueAt(line, level, { key = 'bytes', beyond = 1 } = {}) {
   const last = line.length - 2;
