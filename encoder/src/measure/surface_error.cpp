@@ -161,8 +161,8 @@ std::vector<double> squared_distances(const std::vector<Eigen::Vector3d>& points
   return squares;
 }
 
-// Squared distances of the middles of triangles, of a very large mesh: every so many in the order of the list, which
-// runs over the surface, for those that follow.
+// Squared distances of the middles of triangles, of a very large mesh: every so many in the order of the
+// list, which runs over the surface, for those that follow.
 std::vector<double> coarse_pilot(const SearchMesh& from, const SearchMesh& to, size_t stride) {
   const auto& positions = from.positions();
   std::vector<Eigen::Vector3d> points;
@@ -220,7 +220,8 @@ std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
 // those between normals.
 OneSided measure_one_sided(const SearchMesh& from, const SearchMesh& to, size_t count,
                            const std::vector<double>& weight, bool angles) {
-  const std::vector<SurfaceSample> samples = sample_surface(from.positions(), from.triangles(), count, weight);
+  const std::vector<SurfaceSample> samples =
+      sample_surface(from.positions(), from.triangles(), count, weight);
   struct Sums {
     double area = 0, squares = 0, fourth = 0, max = 0;
   };
@@ -315,8 +316,8 @@ SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
 }
 
 double ErrorMeter::relative_rms(const TriangleMesh& other) {
-  constexpr size_t kFewer = 8;           // times fewer samples tell which way has the larger error
-  constexpr double kSure = 6;            // deviations
+  constexpr size_t kFewer = 8;               // times fewer samples tell which way has the larger error
+  constexpr double kSure = 6;                // deviations
   constexpr double kMostDeviation = 0.0015;  // beyond it where samples of the original go is decided anew
   const size_t count = impl_->sample_count, few = count / kFewer + 1;
   const SearchMesh& a = *impl_->original;
