@@ -56,13 +56,13 @@ struct Effort {
   double near;      // of the target, in the logarithm: that is left to the last word
   int looks;        // for what patches miss: again where new patches have made it worse
   int face_trials;  // of links between patches, see SeamsInput
-  int others;       // Lagrangian parameters beside the one that was found, of which the best is taken
+  int partitions;   // of which the best is taken
 };
 
 Effort effort_of(int effort) {
-  constexpr Effort kEfforts[] = {{0.3, 0, 0, 0},     {0.15, 1, 0, 0},   {0.06, 1, 5, 0},
-                                 {0.03, 3, 10, 0},   {0.015, 3, 20, 0}, {0.015, 3, 40, 1},
-                                 {0.015, 3, 60, 2},  {0.015, 3, 60, 5}, {0.015, 3, 60, 12}};
+  constexpr Effort kEfforts[] = {{0.3, 0, 0, 1},    {0.15, 1, 0, 1},   {0.06, 1, 5, 1},
+                                 {0.03, 3, 10, 1},  {0.015, 3, 20, 1}, {0.015, 3, 40, 2},
+                                 {0.015, 3, 60, 3}, {0.015, 3, 60, 5}, {0.015, 3, 60, 8}};
   return kEfforts[std::clamp(effort, 1, 9) - 1];
 }
 
@@ -72,17 +72,17 @@ struct Job {
   const PointSurface* points;  // of a point cloud, else null
   const EncodeOptions& options;
   Effort effort;
-  Surface surface;
-  Topology topology;  // of the surface
-  Partition partition;
-  Ownership ownership;
-  std::vector<PatchFaces> patches;
-  std::unique_ptr<ErrorMeter> meter;
+  Surface surface = {};
+  Topology topology = {};  // of the surface
+  Partition partition = {};
+  Ownership ownership = {};
+  std::vector<PatchFaces> patches = {};
+  std::unique_ptr<ErrorMeter> meter = nullptr;
   double spacing = 0;  // mean spacing of the input's vertices
   bool closed = true;
-  TriangleMesh
-      measured;  // the surface, where that is not the mesh: components were dropped, or faces are curved
-  std::unique_ptr<Allocator> allocator;
+  // the surface, where that is not the mesh: components were dropped, or faces are curved
+  TriangleMesh measured = {};
+  std::unique_ptr<Allocator> allocator = nullptr;
 };
 
 // The patches sampled as a Lagrangian parameter wants them, ready to be coded with any step.
@@ -178,6 +178,16 @@ void gather(Job& m, Stopwatch& watch) {
   watch.lap("resample");
 }
 
+void partition(Job& m, Stopwatch& watch) {
+  report(m.options, "partition", 0.05);
+  PartitionOptions p = partition_options(m.options);
+  p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
+  m.partition = partition_surface(m.surface, p);
+  watch.lap("partition");
+  report(m.options, "resample", 0.4);
+  gather(m, watch);
+}
+
 void prepare(Job& m, Stopwatch& watch) {
   report(m.options, "surface", 0);
   m.surface = build_surface(m.mesh);
@@ -193,13 +203,7 @@ void prepare(Job& m, Stopwatch& watch) {
     m.measured = in_model_units(m.surface);
   m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   watch.lap("measure");
-  report(m.options, "partition", 0.05);
-  PartitionOptions p = partition_options(m.options);
-  p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
-  m.partition = partition_surface(m.surface, p);
-  watch.lap("partition");
-  report(m.options, "resample", 0.4);
-  gather(m, watch);
+  partition(m, watch);
 }
 
 SeamsInput seams_input(const Job& m) {
@@ -335,26 +339,6 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
   return t;
 }
 
-// The last word on the trial, and as efforts have it on other choices of resolution beside its own, of which
-// the best is taken: the gaps between the patches come out by chance.
-Trial best_of_neighbours(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch& watch) {
-  constexpr double kApart = 0.07;  // in the logarithm of lambda
-  const double lambda = nearest.lambda;
-  const bool reachable = met, mended = nearest.sampled.mended;
-  Trial best = last_word(m, std::move(nearest), bytes, met, watch);
-  for (int i = 1; i <= m.effort.others && reachable; i++) {
-    Trial other;
-    other.lambda = lambda * std::exp((i % 2 ? kApart : -kApart) * ((i + 1) / 2));
-    other.sampled = sample(m, other.lambda, watch);
-    if (mended) mend(m, other.sampled, kSearchMendRounds, watch);
-    bool other_met = true;
-    other = last_word(m, std::move(other), bytes, other_met, watch);
-    const bool better = bytes > 0 ? other.error < best.error : other.stream.size() < best.stream.size();
-    if (other_met && (!met || better)) best = std::move(other), met = true;
-  }
-  return best;
-}
-
 // Distances from the middle of each face to what a stream decodes to, lattice units.
 std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded) {
   const auto& v = m.surface.vertices;
@@ -445,7 +429,8 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
     Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
     const double y = excess(t, m.options, bytes);
     const double error = t.error > 0 || looks == m.effort.looks ? t.error : measure(m, t, watch);
-    if (looks == 0 ? m.effort.looks > 0 && std::fabs(y) < kNearToSplit : split && error > split_at && looks < m.effort.looks) {
+    if (looks == 0 ? m.effort.looks > 0 && std::fabs(y) < kNearToSplit
+                   : split && error > split_at && looks < m.effort.looks) {
       if (looks++ == 0) split_at = error;
       if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
         split = true;
@@ -464,7 +449,7 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
     x = next;
   }
   met = best_rank < kOutside;
-  return best_of_neighbours(m, std::move(best), bytes, met, watch);
+  return last_word(m, std::move(best), bytes, met, watch);
 }
 
 }  // namespace
@@ -485,6 +470,40 @@ void warn_of_topology(const Topology& is, const Topology& should, std::vector<st
 
 }  // namespace
 
+namespace {
+
+// A result, and what it was made from.
+struct Outcome {
+  Trial trial;
+  bool met = false;
+  std::vector<int> label;  // of the faces of the surface
+};
+
+// The best of the partitions that the effort is for: which aperture suits a surface cannot be told
+// beforehand.
+Outcome best_partition(Job& m, const EncodeOptions& options, double bytes, EncodeOptions& tried,
+                       Stopwatch& watch) {
+  constexpr double kTurns[] = {0, -5, 5, -2.5, -7.5, 2.5, -10, 7.5};  // of the aperture, degrees
+  Outcome best;
+  for (int i = 0; i < m.effort.partitions; i++) {
+    tried.aperture = std::clamp(options.aperture + kTurns[i], 1.0, 89.0);
+    if (options.progress)
+      tried.progress = [&, i](const char* stage, double done) {
+        options.progress(stage, (i + done) / m.effort.partitions);
+      };
+    if (i > 0) partition(m, watch);
+    Outcome o;
+    o.trial = search(m, bytes, o.met, watch);
+    o.label = m.partition.label;
+    const bool smaller =
+        bytes > 0 ? o.trial.error < best.trial.error : o.trial.stream.size() < best.trial.stream.size();
+    if (i == 0 || (o.met != best.met ? o.met : smaller)) best = std::move(o);
+  }
+  return best;
+}
+
+}  // namespace
+
 EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
@@ -495,14 +514,15 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
     watch.lap("points");
   }
   const TriangleMesh& mesh = points ? points->mesh() : input;
-  Job m = {mesh, points ? &*points : nullptr, options, effort_of(options.effort), {}, {}, {}, {}, {}, nullptr,
-           0,    true,                        {},      nullptr};
+  EncodeOptions tried = options;
+  Job m = {mesh, points ? &*points : nullptr, tried, effort_of(options.effort)};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
     bytes = options.bits_per_vertex * double(input.positions.size()) / 8;
-  Trial trial = search(m, bytes, result.target_met, watch);
-  result.target_met = result.target_met && excess(trial, options, bytes) <= 0;
+  Outcome best = best_partition(m, options, bytes, tried, watch);
+  Trial& trial = best.trial;
+  result.target_met = best.met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);
   result.unquantised = std::move(trial.unquantised);
   result.error = trial.error;
@@ -515,7 +535,7 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   warn_of_topology(trial.topology, m.topology, result.warnings);
   result.labels.assign(input.triangles.size(), -1);
   for (size_t f = 0; f < m.surface.faces.size() && !points; f++) {
-    const int label = m.partition.label[f];
+    const int label = best.label[f];
     if (label >= 0) result.labels[size_t(m.surface.source[f])] = trial.patch_number[size_t(label)];
   }
   for (int p : trial.patch_number) result.patches += p >= 0;
