@@ -240,6 +240,10 @@ void add_encode(CLI::App& app, Run& run) {
       ->add_option("--min-component", a->options.min_component,
                    "Drop connected components of fewer triangles (default: keep all)")
       ->type_name("N");
+  command
+      ->add_option("--effort", a->options.effort, "1 (fast) to 9 (fewer bytes, much slower); default 5")
+      ->type_name("1..9")
+      ->check(CLI::Range(1, 9));
   command->add_flag("--no-fit", a->no_fit, "Sample elevations instead of fitting them by least squares");
   command->add_option("--patches", a->patches, "Also write the input, coloured by patch (.glb)")
       ->type_name("FILE");

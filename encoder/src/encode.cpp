@@ -24,6 +24,7 @@ constexpr double kSamplingMargin = 0.004;  // what other samples may say, about 
 constexpr double kUsualSlope = 0.27;       // of the logarithm of error or bytes over that of lambda
 constexpr double kUsualStep = 4.5;         // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
+constexpr int kSearchMendRounds = 3;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
 // patch.
@@ -50,22 +51,38 @@ class Stopwatch {
   Clock::time_point last_;
 };
 
+// What an effort stands for.
+struct Effort {
+  double near;      // of the target, in the logarithm: that is left to the last word
+  int looks;        // for what patches miss: again where new patches have made it worse
+  int face_trials;  // of links between patches, see SeamsInput
+  int partitions;   // of which the best is taken
+};
+
+Effort effort_of(int effort) {
+  constexpr Effort kEfforts[] = {{0.3, 0, 0, 1},    {0.15, 1, 0, 1},   {0.06, 1, 5, 1},
+                                 {0.03, 3, 10, 1},  {0.015, 3, 20, 1}, {0.015, 3, 40, 2},
+                                 {0.015, 3, 60, 3}, {0.015, 3, 60, 5}, {0.015, 3, 60, 8}};
+  return kEfforts[std::clamp(effort, 1, 9) - 1];
+}
+
 // Everything that does not depend on the target's Lagrangian parameter.
 struct Job {
   const TriangleMesh& mesh;    // the input, or the triangles over its points
   const PointSurface* points;  // of a point cloud, else null
   const EncodeOptions& options;
-  Surface surface;
-  Topology topology;  // of the surface
-  Partition partition;
-  Ownership ownership;
-  std::vector<PatchFaces> patches;
-  std::unique_ptr<ErrorMeter> meter;
+  Effort effort;
+  Surface surface = {};
+  Topology topology = {};  // of the surface
+  Partition partition = {};
+  Ownership ownership = {};
+  std::vector<PatchFaces> patches = {};
+  std::unique_ptr<ErrorMeter> meter = nullptr;
   double spacing = 0;  // mean spacing of the input's vertices
   bool closed = true;
-  TriangleMesh
-      measured;  // the surface, where that is not the mesh: components were dropped, or faces are curved
-  std::unique_ptr<Allocator> allocator;
+  // the surface, where that is not the mesh: components were dropped, or faces are curved
+  TriangleMesh measured = {};
+  std::unique_ptr<Allocator> allocator = nullptr;
 };
 
 // The patches sampled as a Lagrangian parameter wants them, ready to be coded with any step.
@@ -161,6 +178,16 @@ void gather(Job& m, Stopwatch& watch) {
   watch.lap("resample");
 }
 
+void partition(Job& m, Stopwatch& watch) {
+  report(m.options, "partition", 0.05);
+  PartitionOptions p = partition_options(m.options);
+  p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
+  m.partition = partition_surface(m.surface, p);
+  watch.lap("partition");
+  report(m.options, "resample", 0.4);
+  gather(m, watch);
+}
+
 void prepare(Job& m, Stopwatch& watch) {
   report(m.options, "surface", 0);
   m.surface = build_surface(m.mesh);
@@ -176,16 +203,12 @@ void prepare(Job& m, Stopwatch& watch) {
     m.measured = in_model_units(m.surface);
   m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   watch.lap("measure");
-  report(m.options, "partition", 0.05);
-  PartitionOptions p = partition_options(m.options);
-  p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
-  m.partition = partition_surface(m.surface, p);
-  watch.lap("partition");
-  report(m.options, "resample", 0.4);
-  gather(m, watch);
+  partition(m, watch);
 }
 
-SeamsInput seams_input(const Job& m) { return {m.surface, m.topology, distance_to(m), m.closed}; }
+SeamsInput seams_input(const Job& m) {
+  return {m.surface, m.topology, distance_to(m), m.closed, m.effort.face_trials};
+}
 
 // The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
 // differs from its prediction by.
@@ -368,9 +391,8 @@ Bracket all_lambdas(const Job& m, double slope) {
 
 // A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
-  constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  if (mended) mend(m, sampled, kMendRounds, watch);
+  if (mended) mend(m, sampled, kSearchMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
   if (bytes == 0) t.error = measure(m, t, watch);
   t.lambda = lambda;
@@ -378,15 +400,13 @@ Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwat
   return t;
 }
 
-constexpr double kNear = 0.015;  // of the target, in the logarithm: that is left to the last word
-
 // Of two trials the last word takes the one of lower rank: of those near the target the one that would take
 // fewer bytes there (errors of gaps jump from trial to trial), else the nearest inside of it, else the
 // nearest.
 constexpr double kNotNear = 1e3, kOutside = 2e3;
-double rank(const Trial& t, double y, double bytes) {
+double rank(const Trial& t, double y, double near, double bytes) {
   constexpr double kWithin = 0.12, kBytesByError = 1.2;  // slope of bytes over error, in logarithms
-  if (y >= kNear) return kOutside + y;
+  if (y >= near) return kOutside + y;
   if (bytes > 0 || y < -kWithin) return kNotNear - y;
   return std::log(double(t.stream.size())) + kBytesByError * y;
 }
@@ -395,22 +415,22 @@ double rank(const Trial& t, double y, double bytes) {
 // trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
 Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   constexpr double kNearToSplit = 0.5;
-  constexpr int kMostLooks = 3;
   Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
   const double target = bytes > 0 ? 1e-4 : m.options.error;
   const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
   double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
   Trial best;
   double best_rank = INFINITY;
-  int looks = 0;  // for what is missed: again where new patches have made it worse
+  int looks = 0;  // for what is missed
   bool split = false;
   double split_at = 0;  // the error at first
   for (int i = 0; i < kMaxTrials; i++) {
     report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
     Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
     const double y = excess(t, m.options, bytes);
-    const double error = t.error > 0 || looks == kMostLooks ? t.error : measure(m, t, watch);
-    if (looks == 0 ? std::fabs(y) < kNearToSplit : split && error > split_at && looks < kMostLooks) {
+    const double error = t.error > 0 || looks == m.effort.looks ? t.error : measure(m, t, watch);
+    if (looks == 0 ? m.effort.looks > 0 && std::fabs(y) < kNearToSplit
+                   : split && error > split_at && looks < m.effort.looks) {
       if (looks++ == 0) split_at = error;
       if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
         split = true;
@@ -421,8 +441,9 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
       }
     }
     bracket.add(x, y);
-    if (rank(t, y, bytes) < best_rank) best_rank = rank(t, y, bytes), best = std::move(t);
-    if (std::fabs(y) < kNear) break;
+    const double r = rank(t, y, m.effort.near, bytes);
+    if (r < best_rank) best_rank = r, best = std::move(t);
+    if (std::fabs(y) < m.effort.near) break;
     const double next = bracket.next(x, y);
     if (next == x) break;
     x = next;
@@ -449,6 +470,40 @@ void warn_of_topology(const Topology& is, const Topology& should, std::vector<st
 
 }  // namespace
 
+namespace {
+
+// A result, and what it was made from.
+struct Outcome {
+  Trial trial;
+  bool met = false;
+  std::vector<int> label;  // of the faces of the surface
+};
+
+// The best of the partitions that the effort is for: which aperture suits a surface cannot be told
+// beforehand.
+Outcome best_partition(Job& m, const EncodeOptions& options, double bytes, EncodeOptions& tried,
+                       Stopwatch& watch) {
+  constexpr double kTurns[] = {0, -5, 5, -2.5, -7.5, 2.5, -10, 7.5};  // of the aperture, degrees
+  Outcome best;
+  for (int i = 0; i < m.effort.partitions; i++) {
+    tried.aperture = std::clamp(options.aperture + kTurns[i], 1.0, 89.0);
+    if (options.progress)
+      tried.progress = [&, i](const char* stage, double done) {
+        options.progress(stage, (i + done) / m.effort.partitions);
+      };
+    if (i > 0) partition(m, watch);
+    Outcome o;
+    o.trial = search(m, bytes, o.met, watch);
+    o.label = m.partition.label;
+    const bool smaller =
+        bytes > 0 ? o.trial.error < best.trial.error : o.trial.stream.size() < best.trial.stream.size();
+    if (i == 0 || (o.met != best.met ? o.met : smaller)) best = std::move(o);
+  }
+  return best;
+}
+
+}  // namespace
+
 EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   EncodeResult result;
   Stopwatch watch(result);
@@ -459,13 +514,15 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
     watch.lap("points");
   }
   const TriangleMesh& mesh = points ? points->mesh() : input;
-  Job m = {mesh, points ? &*points : nullptr, options, {}, {}, {}, {}, {}, nullptr, 0, true, {}, nullptr};
+  EncodeOptions tried = options;
+  Job m = {mesh, points ? &*points : nullptr, tried, effort_of(options.effort)};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
     bytes = options.bits_per_vertex * double(input.positions.size()) / 8;
-  Trial trial = search(m, bytes, result.target_met, watch);
-  result.target_met = result.target_met && excess(trial, options, bytes) <= 0;
+  Outcome best = best_partition(m, options, bytes, tried, watch);
+  Trial& trial = best.trial;
+  result.target_met = best.met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);
   result.unquantised = std::move(trial.unquantised);
   result.error = trial.error;
@@ -478,7 +535,7 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   warn_of_topology(trial.topology, m.topology, result.warnings);
   result.labels.assign(input.triangles.size(), -1);
   for (size_t f = 0; f < m.surface.faces.size() && !points; f++) {
-    const int label = m.partition.label[f];
+    const int label = best.label[f];
     if (label >= 0) result.labels[size_t(m.surface.source[f])] = trial.patch_number[size_t(label)];
   }
   for (int p : trial.patch_number) result.patches += p >= 0;

@@ -56,6 +56,7 @@ struct EncodeOptions {
   bool fit = true;           // least-squares fitting of elevations (4.1)
   Coder coder = Coder::kSubband;
   Allocation allocation = Allocation::kRateDistortion;  // of bisk
+  int effort = 5;            // 1 .. 9: how much time goes into fewer bytes
   bool unquantised = false;  // also code the same patches with the finest step: tells the error of sampling
   Progress progress;     // may be empty
 };

@@ -16,7 +16,6 @@ constexpr float kHole = 1.0f, kMaybeHole = 0.2f;
 constexpr int kMostTrials = 12;
 // Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
 constexpr size_t kFewLinks = 4;
-constexpr int kMostFaceTrials = 60;
 constexpr double kShareToLink = 0.03;  // of all error: faces that get links of their own
 constexpr size_t kMostNewLinks = 8;
 
@@ -313,7 +312,7 @@ class FaceTrials {
 
   bool by_refused_links(uint32_t face) {
     for (uint32_t link : rims_.refused(best_, face)) {
-      if (trials_ == kMostFaceTrials) return false;
+      if (trials_ >= in_.face_trials) return false;
       if (std::exchange(tried_[link], 1)) continue;
       Seams seams = best_.seams;
       seams.handles.push_back(link);
@@ -325,7 +324,7 @@ class FaceTrials {
   bool by_new_links(uint32_t face) {
     for (const auto& link : links_from(best_.decoded, in_.ground, rims_.worst_nodes(best_, face, error_),
                                        best_.seams.added_links, kMostNewLinks)) {
-      if (trials_ == kMostFaceTrials) return false;
+      if (trials_ >= in_.face_trials) return false;
       if (!tried_new_.insert(link).second) continue;
       Seams seams = best_.seams;
       seams.added_links.push_back(link);

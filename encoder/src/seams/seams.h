@@ -14,6 +14,7 @@ struct SeamsInput {
   Topology topology;  // of the surface
   DistanceToSurface distance;
   bool closed;
+  int face_trials;  // decodings, at most, to find links for the worst faces between patches
 };
 
 struct FoundSeams {
