@@ -1,10 +1,10 @@
 // node bench.mjs [--quick] MODEL.ply...: measures everything and writes bench/results (called by bench/run).
-import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
 
 import { decodeTimes } from './decode_times.mjs';
+import { madeAt } from './made_at.mjs';
 import { readPly, root, writePly } from './meshes.mjs';
 import { draco, gltfpack, measure, relief, simplifyDraco } from './peers.mjs';
 import { plot } from './plot.mjs';
@@ -36,17 +36,10 @@ async function measureModel(file) {
   }
 }
 
-const git = (...args) => execFileSync('git', args, { cwd: root, encoding: 'utf8' }).trim();
-const changed = git('status', '--porcelain', '--untracked-files=no', '--', 'decoder', 'encoder') !== '';
-const commit = git('rev-parse', '--short=12', 'HEAD') + (changed ? ' with uncommitted changes' : '');  // what was built
+const made = madeAt();
 const models = [];
 for (const file of files) models.push(await measureModel(file));
-const results = {
-  commit,
-  date: new Date().toISOString().slice(0, 10),
-  machine: `${os.cpus()[0].model}, ${os.cpus().length} cores`,
-  models,
-};
+const results = { ...made, models };
 const output = path.join(root, quick ? 'build/bench-quick' : 'bench/results');
 fs.mkdirSync(output, { recursive: true });
 fs.writeFileSync(path.join(output, 'results.json'), JSON.stringify(results, null, 1) + '\n');

@@ -8,6 +8,9 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
+import { hull, valueAt } from './hull.mjs';
+import { madeAt } from './made_at.mjs';
+
 const root = fileURLToPath(new URL('..', import.meta.url));
 const RELIEF = path.resolve(root, process.env.RELIEF_BUILD ?? 'build/release', 'encoder/relief');
 const TARGETS = '4,2.8,2,1.4,1,0.7,0.5,0.35,0.25';
@@ -25,31 +28,6 @@ function encode(model, target, folder) {
   return { target, bytes: fs.statSync(stream).size, e_rms, target_met, seconds };
 }
 
-// Lower convex hull of log bytes over log E, by rising E, without an end where bytes rise with E.
-function hull(points) {
-  const sorted = points.map(({ e_rms, bytes }) => [Math.log(e_rms), Math.log(bytes)]).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  const line = [];
-  for (const point of sorted) {
-    if (line.length && point[0] === line.at(-1)[0]) continue;  // the same error for more bytes
-    const above = ([ax, ay], [bx, by]) => (by - ay) * (point[0] - ax) >= (point[1] - ay) * (bx - ax);
-    while (line.length > 1 && above(line.at(-2), line.at(-1))) line.pop();
-    line.push(point);
-  }
-  while (line.length > 1 && line.at(-1)[1] >= line.at(-2)[1]) line.pop();
-  return line;
-}
-
-// Bytes at an error on the hull, null outside of it.
-function bytesAt(line, level) {
-  const x = Math.log(level);
-  const last = line.length - 2;
-  for (let i = 0; i <= last; i++) {
-    const [[ax, ay], [bx, by]] = [line[i], line[i + 1]];
-    if (x >= ax && x <= bx + (i === last ? Math.log(BEYOND) : 0)) return Math.exp(ay + (by - ay) * (x - ax) / (bx - ax));
-  }
-  return null;
-}
-
 function measure(model, targets, folder) {
   const name = path.basename(model, path.extname(model));
   const points = [];
@@ -59,7 +37,7 @@ function measure(model, targets, folder) {
     console.error(`${name}: E ${e_rms.toFixed(4)} for ${target}${target_met ? '' : ' (not met)'}: ${bytes} bytes, ${seconds.toFixed(1)} s`);
   }
   const line = hull(points);
-  return { name, points, levels: LEVELS.map(level => ({ e: level, bytes: bytesAt(line, level) })) };
+  return { name, points, levels: LEVELS.map(level => ({ e: level, bytes: valueAt(line, level, { beyond: BEYOND }) })) };
 }
 
 // Percent of bytes at each level, then the mean over the levels that both runs have.
@@ -93,12 +71,6 @@ function printChanges(models, before) {
   print(['E =', ...LEVELS, 'mean'], [...rows, ['mean', ...means]].map(([name, ...values]) => [name, ...values.map(percent)]));
 }
 
-function commit() {
-  const git = (...args) => execFileSync('git', args, { cwd: root, encoding: 'utf8' }).trim();
-  const changed = git('status', '--porcelain', '--untracked-files=no', '--', 'decoder', 'encoder') !== '';
-  return git('rev-parse', '--short=12', 'HEAD') + (changed ? ' with uncommitted changes' : '');
-}
-
 function main() {
   const { values, positionals } = parseArgs({
     allowPositionals: true,
@@ -120,7 +92,7 @@ function main() {
   try {
     const models = positionals.map(model => measure(model, targets, folder));
     fs.mkdirSync(path.dirname(values.output), { recursive: true });
-    fs.writeFileSync(values.output, JSON.stringify({ commit: commit(), date: new Date().toISOString().slice(0, 10), models }, null, 1) + '\n');
+    fs.writeFileSync(values.output, JSON.stringify({ ...madeAt(), models }, null, 1) + '\n');
     console.log('bytes at an error');
     print(['E =', ...LEVELS], models.map(({ name, levels }) => [name, ...levels.map(({ bytes }) => bytes ? Math.round(bytes) : '–')]));
     if (before) printChanges(models, before);

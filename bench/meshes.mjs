@@ -71,6 +71,22 @@ export async function readGlb(file, meshopt) {
   return { positions: Float32Array.from(positions), indices: Uint32Array.from(indices) };
 }
 
+// Vertices at the same place become one, as when only the surface counts: not its texture coordinates.
+export function weld({ positions, indices }) {
+  const first = new Map();
+  const place = new Uint32Array(positions.length / 3).map((_, vertex) => {
+    const key = positions.subarray(3 * vertex, 3 * vertex + 3).join();
+    if (!first.has(key)) first.set(key, vertex);
+    return first.get(key);
+  });
+  const triangles = [];
+  for (let i = 0; i < indices.length; i += 3) {
+    const [a, b, c] = [place[indices[i]], place[indices[i + 1]], place[indices[i + 2]]];
+    if (a !== b && b !== c && c !== a) triangles.push(a, b, c);
+  }
+  return compact({ positions, indices: Uint32Array.from(triangles) });
+}
+
 // Leaves out vertices that no triangle uses.
 export function compact({ positions, indices }) {
   const place = new Int32Array(positions.length / 3).fill(-1);

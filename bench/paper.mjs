@@ -1,12 +1,13 @@
 // The paper's tables, its figures beside ours (called by bench/paper). E is the symmetric rms error in 1e-4 of the bounding box
 // diagonal (equation 2), by `relief compare`. Every measurement is kept with the commit that it was made at.
-import { execFileSync, spawnSync } from 'node:child_process';
+import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
+import { madeAt } from './made_at.mjs';
 import { readPly, writePly } from './meshes.mjs';
 import { plot } from './plot.mjs';
 
@@ -239,12 +240,6 @@ function writePage(tables) {
 
 // --- Main
 
-function commit() {
-  const git = (...args) => execFileSync('git', args, { cwd: root, encoding: 'utf8' }).trim();
-  const changed = git('status', '--porcelain', '--untracked-files=no', '--', 'decoder', 'encoder') !== '';
-  return git('rev-parse', '--short=12', 'HEAD') + (changed ? ' with uncommitted changes' : '');
-}
-
 function main() {
   const { values, positionals } = parseArgs({
     allowPositionals: true,
@@ -257,7 +252,7 @@ function main() {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'relief-paper-'));
   const measure = (name, model, number) => {
     console.error(`${name}: ${TITLES[number]}`);
-    (results[name] ??= {})[number] = { commit: commit(), date: new Date().toISOString().slice(0, 10), values: MEASURES[number](model, folder, name) };
+    (results[name] ??= {})[number] = { ...madeAt(), values: MEASURES[number](model, folder, name) };
     fs.mkdirSync(values.output, { recursive: true });
     fs.writeFileSync(file, JSON.stringify(results, null, 1) + '\n');
     fs.writeFileSync(path.join(values.output, 'paper.md'), page(results));

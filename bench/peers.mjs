@@ -8,16 +8,16 @@ import { MeshoptDecoder, MeshoptSimplifier } from 'meshoptimizer';
 import { compact, readGlb, root, writeObj, writePly } from './meshes.mjs';
 
 export const build = path.resolve(root, process.env.RELIEF_BUILD ?? 'build/release');
-const RELIEF = path.join(build, 'encoder/relief');
+export const RELIEF = path.join(build, 'encoder/relief');
 const GLTFPACK = path.join(root, 'bench/node_modules/gltfpack/cli.js');
 
-const OPTIONS = { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'], maxBuffer: 1 << 28, timeout: 240_000 };
+const OPTIONS = { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'], maxBuffer: 1 << 28, timeout: 1_800_000 };
 export const run = (program, ...args) => execFileSync(program, args.map(String), OPTIONS);
 
-// E_rms and E_max in 1e-4 of the diagonal, measured on the decoded file.
+// E_rms and E_max in 1e-4 of the diagonal and the mean deviation of normals in degrees, measured on the decoded file.
 export function measure(model, decoded) {
   const result = JSON.parse(run(RELIEF, 'compare', model, decoded, '--json'));
-  return { rms: result.e_rms, max: result.e_max };
+  return { rms: result.e_rms, max: result.e_max, normals: result.normal_mean };
 }
 
 // Returns whether there is a stream: exit status 3, a target that could not be met, still leaves one; running into the
@@ -34,8 +34,8 @@ export function encode(ply, stream, error) {
 
 // Calls `record` with { peer, settings, bytes, file } for every setting; `file` is the decoded mesh, removed afterwards.
 
-export function relief({ ply, folder, quick, leftOut }, record) {
-  for (const error of quick ? [4e-4, 1e-4] : [6e-4, 4e-4, 2e-4, 1e-4, 0.5e-4, 0.35e-4, 0.25e-4]) {
+export function relief({ ply, folder, quick, leftOut, errors = [6e-4, 4e-4, 2e-4, 1e-4, 0.5e-4, 0.35e-4, 0.25e-4] }, record) {
+  for (const error of quick ? [4e-4, 1e-4] : errors) {
     const stream = path.join(folder, `relief-${error}.relief`), file = path.join(folder, 'relief.ply');
     const begin = performance.now();
     if (!encode(ply, stream, error)) {
@@ -48,7 +48,7 @@ export function relief({ ply, folder, quick, leftOut }, record) {
   }
 }
 
-function dracoRoundTrip(ply, bits, folder) {
+export function dracoRoundTrip(ply, bits, folder) {
   const drc = path.join(folder, 'peer.drc'), file = path.join(folder, 'peer-decoded.ply');
   run('draco_encoder', '-i', ply, '-o', drc, '-cl', 10, '-qp', bits);
   run('draco_decoder', '-i', drc, '-o', file);
@@ -65,15 +65,20 @@ export function draco({ ply, folder, quick }, record) {
 const SIMPLIFY = [[0.008, [9, 10]], [0.0125, [9, 10, 11]], [0.025, [10, 11, 12]], [0.05, [11, 12]], [0.07, [11, 12]], [0.1, [12, 13]],
   [0.15, [12, 13]], [0.25, [12, 13]], [0.35, [13]], [0.5, [13, 14]]];
 
-export async function simplifyDraco({ mesh, folder, quick }, record) {
+// The mesh with so much of its triangles.
+export async function simplify(mesh, ratio) {
   await MeshoptSimplifier.ready;
-  for (const [ratio, bitsList] of quick ? SIMPLIFY.filter((_, i) => i % 4 === 2) : SIMPLIFY) {
-    const positions = mesh.positions.slice(), indices = mesh.indices.slice();
-    const target = 3 * Math.floor(indices.length / 3 * ratio);
-    const noAttributes = [new Float32Array(positions.length / 3), 1, [0]];
-    const [count] = MeshoptSimplifier.simplifyWithUpdate(indices, positions, 3, ...noAttributes, null, target, 1e9, []);
+  const positions = mesh.positions.slice(), indices = mesh.indices.slice();
+  const target = 3 * Math.floor(indices.length / 3 * ratio);
+  const noAttributes = [new Float32Array(positions.length / 3), 1, [0]];
+  const [count] = MeshoptSimplifier.simplifyWithUpdate(indices, positions, 3, ...noAttributes, null, target, 1e9, []);
+  return compact({ positions, indices: indices.slice(0, count) });
+}
+
+export async function simplifyDraco({ mesh, folder, quick, ratios = SIMPLIFY }, record) {
+  for (const [ratio, bitsList] of quick ? ratios.filter((_, i) => i % 4 === 2) : ratios) {
     const ply = path.join(folder, 'simplified.ply');
-    writePly(ply, compact({ positions, indices: indices.slice(0, count) }));
+    writePly(ply, await simplify(mesh, ratio));
     for (const bits of bitsList) {
       const settings = `simplifyWithUpdate ${ratio}, -cl 10 -qp ${bits}`;
       record({ peer: 'simplify + Draco', settings, ...dracoRoundTrip(ply, bits, folder) });

@@ -2,7 +2,7 @@
 import { frontier } from './plot.mjs';
 
 const LEVELS = [4, 2, 1, 0.5, 0.25];
-const whole = new Intl.NumberFormat('en');
+export const whole = new Intl.NumberFormat('en');
 
 // Bytes at error `level`, between two measured points of the frontier (linear in the logarithms); null outside.
 export function bytesAt(points, level) {
@@ -17,7 +17,7 @@ export function bytesAt(points, level) {
   return null;
 }
 
-const table = (head, rows) => [head, head.map((_, i) => (i ? '---:' : ':---')), ...rows].map(row => `| ${row.join(' | ')} |\n`).join('');
+export const table = (head, rows) => [head, head.map((_, i) => (i ? '---:' : ':---')), ...rows].map(row => `| ${row.join(' | ')} |\n`).join('');
 
 function bytesByLevel(points) {
   const peers = [...new Set(points.map(point => point.peer))];

@@ -75,7 +75,9 @@ class SearchMesh {
   SearchMesh(RTCDevice device, std::vector<Eigen::Vector3d> positions,
              std::vector<std::array<uint32_t, 3>> triangles)
       : positions_(std::move(positions)), triangles_(std::move(triangles)), scene_(rtcNewScene(device)) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    constexpr size_t kLarge = 4 << 20;  // triangles, whose hierarchy takes little memory at some cost in time
+    rtcSetSceneFlags(scene_, triangles_.size() > kLarge ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT
+                                                        : RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                  RTC_FORMAT_FLOAT3, 12, positions_.size()));
@@ -159,6 +161,21 @@ std::vector<double> squared_distances(const std::vector<Eigen::Vector3d>& points
   return squares;
 }
 
+// Squared distances of the middles of triangles, of a very large mesh: every so many in the order of the
+// list, which runs over the surface, for those that follow.
+std::vector<double> coarse_pilot(const SearchMesh& from, const SearchMesh& to, size_t stride) {
+  const auto& positions = from.positions();
+  std::vector<Eigen::Vector3d> points;
+  for (size_t t = 0; t < from.triangles().size(); t += stride) {
+    const auto& [a, b, c] = from.triangles()[t];
+    points.push_back((positions[a] + positions[b] + positions[c]) / 3);
+  }
+  const std::vector<double> squares = squared_distances(points, to);
+  std::vector<double> result;
+  for (size_t t = 0; t < from.triangles().size(); t++) result.push_back(squares[t / stride]);
+  return result;
+}
+
 // Squared distances of a triangle's corners, and of the middles of those that are large: faces across what is
 // open have their corners on the surface.
 std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to) {
@@ -187,7 +204,9 @@ std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to) {
 // (importance sampling with a defensive mixture, Hesterberg 1995), so that the same number errs several times
 // less.
 std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
-  std::vector<double> weight = pilot(from, to);
+  constexpr size_t kMostLooks = 1 << 21;
+  const size_t stride = (from.triangles().size() + kMostLooks - 1) / kMostLooks;
+  std::vector<double> weight = stride > 1 ? coarse_pilot(from, to, stride) : pilot(from, to);
   double sum = 0, area = 0;
   for (uint32_t t = 0; t < weight.size(); t++) {
     sum += from.normal(t).norm() * weight[t];
@@ -201,7 +220,8 @@ std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
 // those between normals.
 OneSided measure_one_sided(const SearchMesh& from, const SearchMesh& to, size_t count,
                            const std::vector<double>& weight, bool angles) {
-  const std::vector<SurfaceSample> samples = sample_surface(from.positions(), from.triangles(), count, weight);
+  const std::vector<SurfaceSample> samples =
+      sample_surface(from.positions(), from.triangles(), count, weight);
   struct Sums {
     double area = 0, squares = 0, fourth = 0, max = 0;
   };
@@ -296,8 +316,8 @@ SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
 }
 
 double ErrorMeter::relative_rms(const TriangleMesh& other) {
-  constexpr size_t kFewer = 8;           // times fewer samples tell which way has the larger error
-  constexpr double kSure = 6;            // deviations
+  constexpr size_t kFewer = 8;               // times fewer samples tell which way has the larger error
+  constexpr double kSure = 6;                // deviations
   constexpr double kMostDeviation = 0.0015;  // beyond it where samples of the original go is decided anew
   const size_t count = impl_->sample_count, few = count / kFewer + 1;
   const SearchMesh& a = *impl_->original;

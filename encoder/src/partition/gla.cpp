@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace relief {
@@ -9,6 +10,7 @@ namespace {
 
 constexpr int kMostRounds = 100;          // of growth; Dragon takes about 30
 constexpr int kCellFaces = 8;             // most faces of a cell on the coarse level
+constexpr size_t kMostCells = 1 << 17;    // about; beyond, cells are larger
 constexpr int kCoarseIterations = 4;      // floodings a round
 constexpr int kFineIterations = 2;        // likewise, on faces
 constexpr double kLargeComponent = 0.05;  // share of the area from which a component starts with six seeds
@@ -270,7 +272,8 @@ void refine_seeds(Lloyd& fine, const Lloyd& coarse, const std::vector<int>& cell
 Patches generalized_lloyd(const NormalCone& cone, const Surface& surface,
                           const std::function<void(double)>& progress) {
   std::vector<int> cell;
-  const NormalCone coarse_cone = coarsen(cone, kCellFaces, cell);
+  const int cell_faces = std::max(kCellFaces, static_cast<int>(surface.faces.size() / kMostCells));
+  const NormalCone coarse_cone = coarsen(cone, cell_faces, cell);
   std::vector<int> component(coarse_cone.cells.area.size());
   for (size_t f = 0; f < cell.size(); ++f) component[cell[f]] = surface.component[f];
   Lloyd coarse(coarse_cone);
