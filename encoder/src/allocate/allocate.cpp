@@ -1,5 +1,6 @@
 #include "allocate/allocate.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ constexpr double kMaskBitsPerNode = 3.4, kTableBits = 64;
 constexpr int kFirstResolution = 14;  // a little coarser than the input's spacing, which is index 16
 constexpr int kFinest = 40, kStride = 2;
 constexpr size_t kFewPixels = 6;
-// No map has many more pixels than this, for each face and beyond: finer than what the faces hold gains nothing.
+// No map has many more pixels than this, for each face and beyond: finer than what the faces hold gains
+// nothing.
 constexpr double kPixelsPerFace = 32, kPixelsBeyond = 1024;
 
 // Cuts the rectangle down to the mask.
@@ -116,6 +118,20 @@ Allocator::Allocator(const AllocationInput& input)
   must_live_.assign(in_.patches.size(), 0);
   for (size_t p : largest)
     if (p != SIZE_MAX) must_live_[p] = 1;
+  for (size_t p = 0; p < in_.patches.size(); p++) by_size_.push_back(p);
+  std::stable_sort(by_size_.begin(), by_size_.end(),
+                   [&](size_t p, size_t q) { return in_.patches[p].own.size() > in_.patches[q].own.size(); });
+}
+
+// The largest first, one by one: no thread waits long for another's last patch.
+template <class Visit>
+void Allocator::for_each_patch(Visit visit) const {
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, by_size_.size(), 1),
+      [&](const tbb::blocked_range<size_t>& range) {
+        for (size_t i = range.begin(); i < range.end(); i++) visit(by_size_[i]);
+      },
+      tbb::simple_partitioner());
 }
 
 const Candidate& Allocator::candidate(size_t patch, int resolution) {
@@ -141,7 +157,7 @@ double Allocator::cost(size_t patch, int resolution, double lambda) {
 
 // Contexts as they are after the whole model at the present resolutions.
 void Allocator::train(double lambda) {
-  tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) { candidate(p, start_[p]); });
+  for_each_patch([&](size_t p) { candidate(p, start_[p]); });
   auto models = std::make_unique<CoefficientModels>();
   models->init();
   CountingCoder coder;
@@ -173,7 +189,7 @@ int Allocator::coarsest_resolution() const {
 Allocator::Choice Allocator::choose(double lambda) {
   train(lambda);
   const int coarsest = coarsest_resolution();
-  tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
+  for_each_patch([&](size_t p) {
     const int finest = finest_resolution(in_, p);
     int best = start_[p];
     double least = cost(p, best, lambda);
@@ -221,7 +237,7 @@ Allocator::Choice Allocator::fixed(double lambda, double mu) {
   Choice choice;
   choice.step = step_for(lambda, in_.spacing);
   choice.resolution.resize(in_.patches.size());
-  tbb::parallel_for(size_t(0), in_.patches.size(), [&](size_t p) {
+  for_each_patch([&](size_t p) {
     // as many pixels as vertices: the patch's area over its plane by its vertices, half as many as its faces
     const PatchFaces& patch = in_.patches[p];
     const Vec3 n(patch.frame.n[0], patch.frame.n[1], patch.frame.n[2]);

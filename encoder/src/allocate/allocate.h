@@ -57,10 +57,13 @@ class Allocator {
   void train(double lambda);
   int coarsest_resolution() const;
   void keep_one(Choice& choice);
+  template <class Visit>
+  void for_each_patch(Visit visit) const;
 
   AllocationInput in_;
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;
   std::vector<int> start_;                     // where each patch's search begins: its last choice
+  std::vector<size_t> by_size_;                // patches, those with the most faces first
   std::vector<char> must_live_;                // patches of components that would vanish with them
   std::unique_ptr<CoefficientModels> models_;  // trained on the first choice
 };

@@ -92,6 +92,9 @@ class SearchMesh {
     rtcCommitScene(scene_);
     RTCError error = rtcGetDeviceError(device);
     if (error != RTC_ERROR_NONE) throw std::runtime_error("Embree error " + std::to_string(int(error)));
+    areas_.resize(triangles_.size());
+    tbb::parallel_for(size_t(0), areas_.size(),
+                      [&](size_t t) { areas_[t] = normal(uint32_t(t)).norm() / 2; });
   }
   SearchMesh(const SearchMesh&) = delete;
   SearchMesh& operator=(const SearchMesh&) = delete;
@@ -99,6 +102,7 @@ class SearchMesh {
 
   const std::vector<Eigen::Vector3d>& positions() const { return positions_; }
   const std::vector<std::array<uint32_t, 3>>& triangles() const { return triangles_; }
+  const std::vector<double>& areas() const { return areas_; }
 
   // The closest triangle to a point. `guess` is a triangle that may be near; it only saves time.
   Query closest(const Eigen::Vector3d& point, uint32_t guess) const {
@@ -128,6 +132,7 @@ class SearchMesh {
 
   std::vector<Eigen::Vector3d> positions_;
   std::vector<std::array<uint32_t, 3>> triangles_;
+  std::vector<double> areas_;  // of triangles
   RTCScene scene_;
 };
 
@@ -183,11 +188,10 @@ std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to) {
   std::vector<Eigen::Vector3d> points = from.positions();
   const size_t corners = points.size();
   double mean = 0;
-  for (uint32_t t = 0; t < from.triangles().size(); t++)
-    mean += from.normal(t).norm() / double(from.triangles().size());
+  for (double area : from.areas()) mean += area / double(from.areas().size());
   std::vector<uint32_t> large;
   for (uint32_t t = 0; t < from.triangles().size(); t++)
-    if (from.normal(t).norm() > kLarge * mean) {
+    if (from.areas()[t] > kLarge * mean) {
       const auto& [a, b, c] = from.triangles()[t];
       points.push_back((points[a] + points[b] + points[c]) / 3);
       large.push_back(t);
@@ -209,30 +213,34 @@ std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
   std::vector<double> weight = stride > 1 ? coarse_pilot(from, to, stride) : pilot(from, to);
   double sum = 0, area = 0;
   for (uint32_t t = 0; t < weight.size(); t++) {
-    sum += from.normal(t).norm() * weight[t];
-    area += from.normal(t).norm();
+    sum += from.areas()[t] * weight[t];
+    area += from.areas()[t];
   }
   for (double& w : weight) w = sum > 0 ? 1 + w * area / sum : 1;
   return weight;
 }
 
-// Equation 1: from `count` samples of `from` to the surface `to`, more where `weight` is larger. angles: also
-// those between normals.
-OneSided measure_one_sided(const SearchMesh& from, const SearchMesh& to, size_t count,
-                           const std::vector<double>& weight, bool angles) {
-  const std::vector<SurfaceSample> samples =
-      sample_surface(from.positions(), from.triangles(), count, weight);
+// Samples of one surface, more where it is far from the other.
+std::vector<SurfaceSample> samples_for(const SearchMesh& from, const SearchMesh& to, size_t count) {
+  return sample_surface(from.positions(), from.triangles(), count, importance(from, to));
+}
+
+// Equation 1: from samples of `from`, every so many of them, to the surface `to`. angles: also those between
+// normals.
+OneSided measure_one_sided(const std::vector<SurfaceSample>& samples, size_t stride, const SearchMesh& from,
+                           const SearchMesh& to, bool angles) {
   struct Sums {
     double area = 0, squares = 0, fourth = 0, max = 0;
   };
   OneSided result;
+  const size_t count = (samples.size() + stride - 1) / stride;
   if (angles) result.angles.resize(count);
   const size_t blocks = (count + kBlock - 1) / kBlock;
   std::vector<Sums> sums(blocks);
   tbb::parallel_for(size_t(0), blocks, [&](size_t b) {
     uint32_t guess = std::numeric_limits<uint32_t>::max();
     for (size_t i = b * kBlock; i < std::min(count, (b + 1) * kBlock); i++) {
-      const SurfaceSample& s = samples[i];
+      const SurfaceSample& s = samples[i * stride];
       const Query found = to.closest(s.point, guess);
       guess = found.triangle;  // samples follow each other over the surface
       const double square = s.area * found.best;
@@ -281,7 +289,7 @@ struct ErrorMeter::Impl {
   size_t sample_count;
   Frame frame;
   std::unique_ptr<SearchMesh> original;
-  std::vector<double> importance;  // of the original's triangles, for meshes like the last one
+  std::vector<SurfaceSample> samples;  // of the original, for meshes like the last one
 };
 
 ErrorMeter::ErrorMeter(const TriangleMesh& original, size_t samples) : impl_(std::make_unique<Impl>()) {
@@ -298,8 +306,8 @@ ErrorMeter::~ErrorMeter() = default;
 SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
   const SearchMesh& a = *impl_->original;
   const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
-  const OneSided ab = measure_one_sided(a, b, impl_->sample_count, importance(a, b), true);
-  const OneSided ba = measure_one_sided(b, a, impl_->sample_count, importance(b, a), true);
+  const OneSided ab = measure_one_sided(samples_for(a, b, impl_->sample_count), 1, a, b, true);
+  const OneSided ba = measure_one_sided(samples_for(b, a, impl_->sample_count), 1, b, a, true);
   const double diagonal = impl_->frame.diagonal;
   SurfaceError error;
   error.diagonal = diagonal;
@@ -319,21 +327,20 @@ double ErrorMeter::relative_rms(const TriangleMesh& other) {
   constexpr size_t kFewer = 8;               // times fewer samples tell which way has the larger error
   constexpr double kSure = 6;                // deviations
   constexpr double kMostDeviation = 0.0015;  // beyond it where samples of the original go is decided anew
-  const size_t count = impl_->sample_count, few = count / kFewer + 1;
   const SearchMesh& a = *impl_->original;
   const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
-  const std::vector<double> weight_b = importance(b, a);
-  const bool known = !impl_->importance.empty();
-  if (!known) impl_->importance = importance(a, b);
-  OneSided ab = measure_one_sided(a, b, few, impl_->importance, false);
-  OneSided ba = measure_one_sided(b, a, few, weight_b, false);
+  const std::vector<SurfaceSample> samples_b = samples_for(b, a, impl_->sample_count);
+  const bool known = !impl_->samples.empty();
+  if (!known) impl_->samples = samples_for(a, b, impl_->sample_count);
+  OneSided ab = measure_one_sided(impl_->samples, kFewer, a, b, false);
+  OneSided ba = measure_one_sided(samples_b, kFewer, b, a, false);
   const double unsure = kSure * (ab.rms * ab.deviation + ba.rms * ba.deviation);
   const bool need_ab = ab.rms > ba.rms - unsure, need_ba = ba.rms > ab.rms - unsure;
-  if (need_ba) ba = measure_one_sided(b, a, count, weight_b, false);
-  if (need_ab) ab = measure_one_sided(a, b, count, impl_->importance, false);
+  if (need_ba) ba = measure_one_sided(samples_b, 1, b, a, false);
+  if (need_ab) ab = measure_one_sided(impl_->samples, 1, a, b, false);
   if (need_ab && known && ab.deviation > kMostDeviation) {
-    impl_->importance = importance(a, b);
-    ab = measure_one_sided(a, b, count, impl_->importance, false);
+    impl_->samples = samples_for(a, b, impl_->sample_count);
+    ab = measure_one_sided(impl_->samples, 1, a, b, false);
   }
   return std::max(ab.rms, ba.rms);
 }

@@ -198,8 +198,8 @@ std::vector<std::array<uint32_t, 2>> links_from(const DecodedMesh& decoded, cons
                                                 const std::vector<uint32_t>& nodes,
                                                 const std::vector<std::array<uint32_t, 2>>& added,
                                                 size_t most) {
-  constexpr double kReach = 6, kApart = 3;  // spacings
-  constexpr size_t kEach = 3;               // from a node
+  constexpr double kReach = 6, kApart = 3;        // spacings
+  constexpr size_t kEach = 3;                     // from a node
   std::set<std::pair<uint32_t, uint32_t>> known;  // at these nodes
   std::set<uint32_t> lower;
   auto wanted = [&](uint32_t n) { return std::find(nodes.begin(), nodes.end(), n) != nodes.end(); };
