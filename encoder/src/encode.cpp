@@ -98,9 +98,10 @@ struct Sampled {
 struct Trial {
   double lambda = 0;
   std::vector<uint8_t> stream, unquantised;
-  TriangleMesh mesh;  // what it decodes to
-  double error = 0;   // of that, fraction of the diagonal; see measure
-  Topology topology;  // of that
+  TriangleMesh mesh;      // what it decodes to
+  double error = 0;       // of that, fraction of the diagonal; see measure
+  Topology topology;      // of that
+  size_t coincident = 0;  // vertices of that at another one's place; known of last words
   std::vector<int> patch_number;
   size_t coefficient_bytes = 0;  // of the stream
   Sampled sampled;               // what it was made of, of trials of the search
@@ -241,6 +242,12 @@ void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
   watch.lap("mend");
 }
 
+size_t count_coincident(std::vector<std::array<float, 3>> positions) {
+  std::sort(positions.begin(), positions.end());
+  const auto end = std::unique(positions.begin(), positions.end());
+  return size_t(positions.end() - end);
+}
+
 // thorough: the last word on a stream, see find_seams.
 Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
   Trial trial;
@@ -249,6 +256,7 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
   FoundSeams found = find_seams(parts, s.patches, seams_input(m), thorough);
   trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
+  if (thorough) trial.coincident = count_coincident(trial.mesh.positions);
   trial.stream = assemble(
       parts,
       {parts.boundary_nodes, uint32_t(trial.mesh.positions.size()), uint32_t(trial.mesh.triangles.size())},
@@ -298,14 +306,18 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     Trial t = code(m, s, true, watch);
     if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
     double y = measured(t);
-    if (i > 0 && y <= 0 && y > -kInside) {  // mended for another step
-      mend(m, s, kMendAgainRounds, watch);
+    const bool near = y <= 0 && y > -kInside;
+    if ((i > 0 && near) || t.coincident > 0) {  // mended for another step
+      mend(m, s, near ? kMendAgainRounds : 0, watch);
       Trial again = code(m, s, true, watch);
       if (again.stream != t.stream) t = std::move(again), y = measured(t);
     }
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
-    if (best_y > 0 ? y < best_y : y <= 0 && y > best_y) best = std::move(t), best_y = y;
+    // vertices at one place are one to many programs, and the surface no manifold
+    const bool apart = t.coincident == 0, best_apart = best.coincident == 0 || best_y == INFINITY;
+    const bool nearer = best_y > 0 ? y < best_y : y <= 0 && y > best_y;
+    if (apart == best_apart ? nearer : apart) best = std::move(t), best_y = y;
     if (!met || (best_y <= 0 && best_y > -kInside)) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
