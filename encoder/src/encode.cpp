@@ -315,9 +315,9 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
     // vertices at one place are one to many programs, and the surface no manifold
-    const bool apart = t.coincident == 0, best_apart = best.coincident == 0 || best_y == INFINITY;
+    const bool apart = t.coincident == 0, best_apart = best.coincident == 0;
     const bool nearer = best_y > 0 ? y < best_y : y <= 0 && y > best_y;
-    if (apart == best_apart ? nearer : apart) best = std::move(t), best_y = y;
+    if (i == 0 || (apart == best_apart ? nearer : apart)) best = std::move(t), best_y = y;
     if (!met || (best_y <= 0 && best_y > -kInside)) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
