@@ -12,6 +12,7 @@
 #include "points/point_surface.h"
 #include "relief/encoder.h"
 #include "seams/seams.h"
+#include "surface/weld.h"
 
 namespace relief {
 namespace {
@@ -24,7 +25,6 @@ constexpr double kSamplingMargin = 0.004;  // what other samples may say, about 
 constexpr double kUsualSlope = 0.27;       // of the logarithm of error or bytes over that of lambda
 constexpr double kUsualStep = 4.5;         // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
-constexpr int kSearchMendRounds = 3;
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
 // patch.
@@ -70,7 +70,7 @@ Effort effort_of(int effort) {
 struct Job {
   const TriangleMesh& mesh;    // the input, or the triangles over its points
   const PointSurface* points;  // of a point cloud, else null
-  const EncodeOptions& options;
+  EncodeOptions options;       // with the aperture at hand
   Effort effort;
   Surface surface = {};
   Topology topology = {};  // of the surface
@@ -204,7 +204,6 @@ void prepare(Job& m, Stopwatch& watch) {
     m.measured = in_model_units(m.surface);
   m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   watch.lap("measure");
-  partition(m, watch);
 }
 
 SeamsInput seams_input(const Job& m) {
@@ -242,10 +241,11 @@ void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
   watch.lap("mend");
 }
 
-size_t count_coincident(std::vector<std::array<float, 3>> positions) {
-  std::sort(positions.begin(), positions.end());
-  const auto end = std::unique(positions.begin(), positions.end());
-  return size_t(positions.end() - end);
+size_t count_coincident(const TriangleMesh& mesh) {
+  const std::vector<uint32_t> first = weld_positions(mesh.positions);
+  size_t count = 0;
+  for (uint32_t v = 0; v < first.size(); v++) count += first[v] != v;
+  return count;
 }
 
 // thorough: the last word on a stream, see find_seams.
@@ -256,7 +256,7 @@ Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
   FoundSeams found = find_seams(parts, s.patches, seams_input(m), thorough);
   trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
-  if (thorough) trial.coincident = count_coincident(trial.mesh.positions);
+  if (thorough) trial.coincident = count_coincident(trial.mesh);
   trial.stream = assemble(
       parts,
       {parts.boundary_nodes, uint32_t(trial.mesh.positions.size()), uint32_t(trial.mesh.triangles.size())},
@@ -284,7 +284,7 @@ double excess(const Trial& t, const EncodeOptions& o, double bytes) {
 // with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
 // one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 7, kMendRounds = 2, kMendAgainRounds = 2, kVain = 3;
+  constexpr int kMost = 7, kMendRounds = 2, kVain = 3;
   constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
   const bool bisk = s.placement.bisk;
   // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
@@ -308,7 +308,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     double y = measured(t);
     const bool near = y <= 0 && y > -kInside;
     if ((i > 0 && near) || t.coincident > 0) {  // mended for another step
-      mend(m, s, near ? kMendAgainRounds : 0, watch);
+      mend(m, s, near ? kMendRounds : 0, watch);
       Trial again = code(m, s, true, watch);
       if (again.stream != t.stream) t = std::move(again), y = measured(t);
     }
@@ -403,8 +403,9 @@ Bracket all_lambdas(const Job& m, double slope) {
 
 // A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
 Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
+  constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
-  if (mended) mend(m, sampled, kSearchMendRounds, watch);
+  if (mended) mend(m, sampled, kMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
   if (bytes == 0) t.error = measure(m, t, watch);
   t.lambda = lambda;
@@ -464,10 +465,6 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
   return last_word(m, std::move(best), bytes, met, watch);
 }
 
-}  // namespace
-
-namespace {
-
 // A line for what the stream could not keep of the surface's topology.
 void warn_of_topology(const Topology& is, const Topology& should, std::vector<std::string>& warnings) {
   auto compare = [&](const char* what, int64_t got, int64_t wanted) {
@@ -480,10 +477,6 @@ void warn_of_topology(const Topology& is, const Topology& should, std::vector<st
   compare("genus:", is.genus, should.genus);
 }
 
-}  // namespace
-
-namespace {
-
 // A result, and what it was made from.
 struct Outcome {
   Trial trial;
@@ -493,17 +486,16 @@ struct Outcome {
 
 // The best of the partitions that the effort is for: which aperture suits a surface cannot be told
 // beforehand.
-Outcome best_partition(Job& m, const EncodeOptions& options, double bytes, EncodeOptions& tried,
-                       Stopwatch& watch) {
+Outcome best_partition(Job& m, const EncodeOptions& asked, double bytes, Stopwatch& watch) {
   constexpr double kTurns[] = {0, -5, 5, -2.5, -7.5, 2.5, -10, 7.5};  // of the aperture, degrees
   Outcome best;
   for (int i = 0; i < m.effort.partitions; i++) {
-    tried.aperture = std::clamp(options.aperture + kTurns[i], 1.0, 89.0);
-    if (options.progress)
-      tried.progress = [&, i](const char* stage, double done) {
-        options.progress(stage, (i + done) / m.effort.partitions);
+    m.options.aperture = std::clamp(asked.aperture + kTurns[i], 1.0, 89.0);
+    if (asked.progress)
+      m.options.progress = [&, i](const char* stage, double done) {
+        asked.progress(stage, (i + done) / m.effort.partitions);
       };
-    if (i > 0) partition(m, watch);
+    partition(m, watch);
     Outcome o;
     o.trial = search(m, bytes, o.met, watch);
     o.label = m.partition.label;
@@ -526,13 +518,12 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
     watch.lap("points");
   }
   const TriangleMesh& mesh = points ? points->mesh() : input;
-  EncodeOptions tried = options;
-  Job m = {mesh, points ? &*points : nullptr, tried, effort_of(options.effort)};
+  Job m = {mesh, points ? &*points : nullptr, options, effort_of(options.effort)};
   prepare(m, watch);
   double bytes = double(options.bytes);
   if (!options.bytes && options.bits_per_vertex > 0)
     bytes = options.bits_per_vertex * double(input.positions.size()) / 8;
-  Outcome best = best_partition(m, options, bytes, tried, watch);
+  Outcome best = best_partition(m, options, bytes, watch);
   Trial& trial = best.trial;
   result.target_met = best.met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);

@@ -57,29 +57,30 @@ class Follower {
   size_t at_ = 0;
 };
 
-// Long triangles are looked at in the middles of their edges, others in their own middle.
+// All triangles are looked at in their middles; long ones err as the middles of their edges do.
 void measure_unknown(const DecodedMesh& decoded, const Ground& ground, const std::vector<size_t>& unknown,
                      const DistanceToSurface& distance, double spacing, GapError& g, KnownTriangles& known) {
   std::vector<Vec3> points;
-  std::vector<std::pair<size_t, float>> probes;  // a triangle and the share of a point
+  std::vector<size_t> middle;  // where each one's is; its edges' follow if it is long
   for (size_t t : unknown) {
     const std::array<Vec3, 3> p = corners(decoded, ground, decoded.patch_triangles() + t);
     g.triangle[t].area = (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2;
-    if (longest_edge(p) > kLong * spacing) {
-      for (size_t k = 0; k < 3; k++) {
-        points.push_back((p[k] + p[(k + 1) % 3]) / 2);
-        probes.push_back({t, 1 / 3.0f});
-      }
-    } else {
-      points.push_back((p[0] + p[1] + p[2]) / 3);
-      probes.push_back({t, 1});
-    }
+    middle.push_back(points.size());
+    points.push_back((p[0] + p[1] + p[2]) / 3);
+    if (longest_edge(p) <= kLong * spacing) continue;
+    for (size_t k = 0; k < 3; k++) points.push_back((p[k] + p[(k + 1) % 3]) / 2);
   }
   if (points.empty()) return;
   const std::vector<float> d = distance(points);
-  for (size_t i = 0; i < probes.size(); i++)
-    g.triangle[probes[i].first].squared += probes[i].second * d[i] * d[i];
-  for (size_t t : unknown) known[g.triangle[t].key] = g.triangle[t];
+  middle.push_back(points.size());
+  for (size_t i = 0; i < unknown.size(); i++) {
+    GapTriangle& t = g.triangle[unknown[i]];
+    const size_t first = middle[i], next = middle[i + 1];
+    t.middle = d[first];
+    if (next == first + 1) t.squared = d[first] * d[first];
+    for (size_t k = first + 1; k < next; k++) t.squared += 1 / 3.0f * d[k] * d[k];
+    known[t.key] = t;
+  }
 }
 
 // A triangle in a ball, which tells of most that they are too far away.
@@ -121,7 +122,7 @@ GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const Dista
     const GapTriangle* found = follower.find(key);
     if (const auto at = found ? known.end() : known.find(key); at != known.end()) found = &at->second;
     if (!found) unknown.push_back(t - first);
-    g.triangle.push_back(found ? *found : GapTriangle{key, 0, 0});
+    g.triangle.push_back(found ? *found : GapTriangle{key, 0, 0, 0});
   }
   measure_unknown(decoded, ground, unknown, distance, spacing, g, known);
   g.of_face.assign(decoded.first_triangle.size(), 0);
@@ -131,28 +132,6 @@ GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const Dista
     g.sum += g.of_face[f];
   }
   return g;
-}
-
-std::vector<float> distances_of_middles(const DecodedMesh& decoded, const Ground& ground,
-                                        const DistanceToSurface& distance, KnownMiddles& known) {
-  const size_t first = decoded.patch_triangles(), count = decoded.mesh.triangles.size() - first;
-  std::vector<float> found(count);
-  std::vector<Vec3> points;
-  std::vector<std::pair<size_t, uint64_t>> unknown;  // triangles with their keys
-  for (size_t t = 0; t < count; t++) {
-    const uint64_t key = key_of(decoded.mesh, first + t);
-    if (const auto at = known.find(key); at != known.end()) {
-      found[t] = at->second;
-      continue;
-    }
-    const std::array<Vec3, 3> p = corners(decoded, ground, first + t);
-    points.push_back((p[0] + p[1] + p[2]) / 3);
-    unknown.push_back({t, key});
-  }
-  if (points.empty()) return found;
-  const std::vector<float> d = distance(points);
-  for (size_t i = 0; i < unknown.size(); i++) found[unknown[i].first] = known[unknown[i].second] = d[i];
-  return found;
 }
 
 double laid_bare(const DecodedMesh& before, const GapError& error_before, const DecodedMesh& after,

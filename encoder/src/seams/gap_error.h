@@ -14,6 +14,7 @@ struct GapTriangle {
   uint64_t key;   // tells it from others
   double area;    // lattice units^2
   float squared;  // mean squared distance from the surface
+  float middle;   // the distance of its middle
 };
 
 // By their keys, so that none is measured twice.
@@ -30,11 +31,6 @@ struct GapError {
 // like: of a mesh that is much the same; only saves time.
 GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const DistanceToSurface& distance,
                    double spacing, const GapError& like, KnownTriangles& known);
-
-// Distances from the surface of the middles of the triangles between patches, also known by their keys.
-using KnownMiddles = std::unordered_map<uint64_t, float>;
-std::vector<float> distances_of_middles(const DecodedMesh& decoded, const Ground& ground,
-                                        const DistanceToSurface& distance, KnownMiddles& known);
 
 // Squared distance times area of what lay along the surface before and is far from all triangles between
 // patches after.

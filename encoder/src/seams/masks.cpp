@@ -5,11 +5,11 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <unordered_map>
 #include <unordered_set>
 
 #include "resample/elevation_map.h"
 #include "surface/half_edges.h"
+#include "surface/weld.h"
 
 namespace relief {
 namespace {
@@ -18,14 +18,6 @@ constexpr double kFarStray = 64;    // spacings; how far away the next surface i
 constexpr double kBridgeGain = 20;  // a piece is left away if that errs so many times less
 constexpr size_t kTinyPixels = 8;   // a piece as small as this is not made smaller
 const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
-
-struct PositionHash {
-  size_t operator()(const std::array<float, 3>& p) const {
-    size_t h = 0;
-    for (float c : p) h = (h ^ std::hash<float>()(c)) * 0x9e3779b97f4a7c15ull;
-    return h;
-  }
-};
 
 // The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
 // lie along the surface.
@@ -146,12 +138,10 @@ int mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vecto
   int coincident = 0;
   std::vector<char> on_border(decoded.mesh.positions.size(), 0);
   for (uint32_t v : decoded.nodes) on_border[v] = 1;
-  std::unordered_map<std::array<float, 3>, uint32_t, PositionHash> first;
-  first.reserve(ground.pixel.size());
+  const std::vector<uint32_t> first = weld_positions(decoded.mesh.positions);
   for (uint32_t v = 0; v < ground.pixel.size(); v++) {
-    const auto [at, fresh] = first.try_emplace(decoded.mesh.positions[v], v);
-    if (fresh) continue;
-    unwanted[on_border[v] || !on_border[at->second] ? v : at->second] = 1;
+    if (first[v] == v) continue;
+    unwanted[on_border[v] || !on_border[first[v]] ? v : first[v]] = 1;
     coincident++;
   }
   return coincident;

@@ -12,6 +12,13 @@ struct CleanedPatch {
   WaveletImage image;
 };
 
+// What unwanted_pixels finds.
+struct MaskFaults {
+  int folds = 0;       // edges where triangles turn over that the surface does not have there
+  int coincident = 0;  // pixels at another one's point
+  double lost = 0;     // what leaving pieces away costs, squared distance times area; summed up
+};
+
 // For every vertex that is a pixel, whether its mask is better without it:
 // - small pieces that no link could join to the rest of their component;
 // - small pieces that are joined to it through the air, at much more error than leaving them away;
@@ -19,11 +26,6 @@ struct CleanedPatch {
 // - pixels where links contradict one another;
 // - pixels beyond the border of another patch, where the triangles between the patches turn over.
 // needful: only the first three.
-struct MaskFaults {
-  int folds = 0;       // edges where triangles turn over that the surface does not have there
-  int coincident = 0;  // pixels at another one's point
-  double lost = 0;     // what leaving pieces away costs, squared distance times area; summed up
-};
 std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
                                   const GapError& error, bool needful, MaskFaults& faults);
 

@@ -32,12 +32,6 @@ void worst_first(std::vector<Suspect>& s) {
   });
 }
 
-// What was measured of triangles between patches, by any trial.
-struct Known {
-  KnownTriangles triangles;
-  KnownMiddles middles;
-};
-
 // All that decides what a stream decodes to but the seams.
 struct Context : SeamsInput {
   const StreamParts& coded;
@@ -48,8 +42,9 @@ struct Context : SeamsInput {
   Borders borders;
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
-  Known& known;
-  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in, Known& k)
+  KnownTriangles& known;
+  Context(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in,
+          KnownTriangles& k)
       : SeamsInput(in),
         coded(p),
         ground(ground_of(in.surface, patches, p.placement.spacing)),
@@ -61,21 +56,6 @@ struct Context : SeamsInput {
     part.resize(ground.pixel.size());
   }
 };
-
-// Faces that may be holes, the emptiest first, with distances in grid spacings.
-std::vector<Suspect> suspicious_faces(const DecodedMesh& d, const Context& in) {
-  const std::vector<float> distance = distances_of_middles(d, in.ground, in.distance, in.known.middles);
-  std::vector<Suspect> faces;
-  for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
-    float furthest = 0;
-    for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++)
-      furthest = std::max(furthest, distance[t - d.patch_triangles()]);
-    const float spacings = furthest / in.coded.placement.spacing;
-    if (spacings >= kMaybeHole) faces.push_back({spacings, f});
-  }
-  worst_first(faces);
-  return faces;
-}
 
 // How far a topology is from the surface's: pieces and loops count more than handles.
 double mismatch(const Topology& is, const Topology& should) {
@@ -115,13 +95,33 @@ Attempt attempt(const Context& in, Seams seams) {
   return a;
 }
 
+GapError error_of(const Context& in, const Attempt& a, const GapError& like = {}) {
+  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known);
+}
+
+// Faces that may be holes, the emptiest first, with distances in grid spacings.
+std::vector<Suspect> suspicious_faces(const Context& in, const Attempt& a) {
+  const DecodedMesh& d = a.decoded;
+  const GapError error = error_of(in, a);
+  std::vector<Suspect> faces;
+  for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
+    float furthest = 0;
+    for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++)
+      furthest = std::max(furthest, error.triangle[t - d.patch_triangles()].middle);
+    const float spacings = furthest / in.coded.placement.spacing;
+    if (spacings >= kMaybeHole) faces.push_back({spacings, f});
+  }
+  worst_first(faces);
+  return faces;
+}
+
 // With these links, and every face open that is clearly a hole.
 Attempt open_holes(const Context& in, Seams links) {
   std::sort(links.handles.begin(), links.handles.end());
   Attempt filled = attempt(in, std::move(links));
   if (in.closed) return filled;
   Seams seams = filled.seams;
-  for (const Suspect& face : suspicious_faces(filled.decoded, in))
+  for (const Suspect& face : suspicious_faces(in, filled))
     if (face.distance > kHole) seams.holes.push_back(face.number);
   return seams.holes.empty() ? filled : attempt(in, std::move(seams));
 }
@@ -140,7 +140,7 @@ void adjust_holes(const Context& in, Attempt& best) {
   Seams closed = best.seams;
   closed.holes.clear();
   const Attempt filled = attempt(in, std::move(closed));
-  const std::vector<Suspect> faces = suspicious_faces(filled.decoded, in);
+  const std::vector<Suspect> faces = suspicious_faces(in, filled);
   int trials = 0;
   for (size_t i = 0; i < faces.size() && trials < kMostTrials; i++) {
     if (best.topology.boundary_loops == in.topology.boundary_loops) return;
@@ -213,10 +213,6 @@ void add_handles(const Context& in, Attempt& best) {
     if (a.mismatch >= best.mismatch) return;
     best = std::move(a);
   }
-}
-
-GapError error_of(const Context& in, const Attempt& a, const GapError& like = {}) {
-  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known.triangles);
 }
 
 // Faces with more than so small a share of all error, the worst first.
@@ -358,7 +354,7 @@ constexpr double kCoincidentScore = 1000;
 
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough) {
-  Known known;
+  KnownTriangles known;
   const Context in(parts, patches, input, known);
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
@@ -376,7 +372,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     double score;
   } best = {{}, {}, INFINITY};
   StreamParts parts = code_stream(patches, placement);
-  Known known;
+  KnownTriangles known;
   MaskFaults faults;
   for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
     const bool needful = round >= rounds || vain > kVainRounds;
