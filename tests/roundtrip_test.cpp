@@ -169,6 +169,25 @@ TEST(RoundTrip, EveryPartitionKeepsTargetAndTopology) {
   }
 }
 
+// From the fastest to the one that tries eight partitions; more of those never take more bytes.
+TEST(RoundTrip, EveryEffortKeepsTargetAndTopology) {
+  const TriangleMesh mesh = make_bumpy_sphere(5);
+  size_t three_partitions = 0;
+  for (int effort = 1; effort <= 9; effort++) {
+    SCOPED_TRACE(effort);
+    EncodeOptions options;
+    options.error = 5e-4;
+    options.effort = effort;
+    const Trip t = round_trip(mesh, options);
+    EXPECT_TRUE(t.result.target_met);
+    EXPECT_LE(t.error, 5e-4);
+    expect_closed_manifold(t);
+    expect_same_topology(t);
+    if (effort == 7) three_partitions = t.result.stream.size();
+    if (effort > 7) EXPECT_LE(t.result.stream.size(), three_partitions);
+  }
+}
+
 // 4.1: at the same density fitted elevations err less than sampled ones, by a seventh or more in the paper's
 // Table 1.
 TEST(RoundTrip, FittingLowersTheErrorOfSampling) {
@@ -337,35 +356,36 @@ TEST(RoundTrip, SameStreamOnAnyNumberOfThreads) {
 // Labels tell the patch of each triangle; the patches are those of the stream.
 TEST(RoundTrip, LabelsAndProgress) {
   const TriangleMesh mesh = make_bumpy_sphere(4);
-  EncodeOptions options;
-  options.error = 2e-3;
-  double last = 0;
-  int calls = 0;
-  options.progress = [&](const char* stage, double done) {
-    EXPECT_NE(stage, nullptr);
-    EXPECT_GE(done, last) << stage;
-    EXPECT_LE(done, 1);
-    last = done, calls++;
-  };
-  const EncodeResult r = encode(mesh, options);
-  EXPECT_EQ(last, 1);
-  EXPECT_GT(calls, 3);
-  ASSERT_EQ(r.labels.size(), mesh.triangles.size());
-  std::vector<int> faces(r.patches, 0);
-  for (int label : r.labels) {
-    ASSERT_GE(label, -1);
-    ASSERT_LT(label, int(r.patches));
-    if (label >= 0) faces[size_t(label)]++;
+  for (int effort : {5, 7}) {
+    EncodeOptions options;
+    options.error = 2e-3;
+    options.effort = effort;
+    double last = 0;
+    int calls = 0;
+    options.progress = [&](const char* stage, double done) {
+      EXPECT_NE(stage, nullptr);
+      EXPECT_GE(done, last) << stage;
+      EXPECT_LE(done, 1);
+      last = done, calls++;
+    };
+    const EncodeResult r = encode(mesh, options);
+    EXPECT_EQ(last, 1);
+    EXPECT_GT(calls, 3);
+    ASSERT_EQ(r.labels.size(), mesh.triangles.size());
+    std::vector<int> faces(r.patches, 0);
+    for (int label : r.labels) {
+      ASSERT_GE(label, -1);
+      ASSERT_LT(label, int(r.patches));
+      if (label >= 0) faces[size_t(label)]++;
+    }
+    for (int n : faces) EXPECT_GT(n, 0);
+    relief_info info;
+    ASSERT_EQ(relief_inspect(r.stream.data(), r.stream.size(), nullptr, &info), RELIEF_OK);
+    EXPECT_EQ(info.patch_count, r.patches);
   }
-  for (int n : faces) EXPECT_GT(n, 0);
-  relief_info info;
-  ASSERT_EQ(relief_inspect(r.stream.data(), r.stream.size(), nullptr, &info), RELIEF_OK);
-  EXPECT_EQ(info.patch_count, r.patches);
 }
 
 // --- inputs that are hardly surfaces ---
-
-// The tests called  are right and fail today; run them with --gtest_also_run_disabled_tests.
 
 // Works, or says in one line why not. Returns whether it worked.
 bool works_or_says_why(const TriangleMesh& mesh, double error, const char* name) {
