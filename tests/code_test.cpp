@@ -938,7 +938,7 @@ TEST(Stream, AsksForNoMoreThanTheLimitsAllow) {
             const std::vector<uint8_t> stream = greedy_stream(count, width, height, vertices);
             ASSERT_LE(stream.size(), 1060u);
             const relief_limits limits = {1000, pixels, vertices, UINT64_MAX};
-            relief_options options = {&limits, nullptr, 0, 0, 0, 0};
+            relief_options options = {&limits, nullptr, 0, 0, 0, 0, 0};
             relief_info info;
             const relief_status status = relief_inspect(stream.data(), stream.size(), &options, &info);
             if (status != RELIEF_OK) continue;
@@ -981,7 +981,7 @@ TEST(Stream, TheMemoryItAsksForIsKnownBeforehand) {
           const relief_limits limits = {UINT32_MAX, UINT32_MAX, UINT32_MAX, bound};
           for (uint32_t flags : {0, int(RELIEF_POINTS), RELIEF_QUANTISED | RELIEF_INDICES_16})
             for (uint32_t level : {0, RELIEF_MAX_LEVEL}) {
-              relief_options options = {&limits, nullptr, level, flags, 0, 0};
+              relief_options options = {&limits, nullptr, level, flags, 0, 0, 0};
               relief_info info;
               ASSERT_EQ(relief_inspect(stream.data(), stream.size(), &options, &info), RELIEF_OK)
                   << count << " of " << width << " x " << height;
@@ -1006,7 +1006,7 @@ TEST(Stream, GigabytesForAKilobyteAreRefused) {
     EXPECT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_ERROR_LIMIT);
     EXPECT_THROW(decode(stream.data(), stream.size()), InputError);
     relief_limits limits = relief_default_limits;
-    relief_options options = {&limits, nullptr, 0, 0, 0, 0};
+    relief_options options = {&limits, nullptr, 0, 0, 0, 0, 0};
     for (uint64_t memory : {uint64_t(0), allowed, needed - 1}) {
       limits.max_memory = memory;
       EXPECT_EQ(relief_inspect(stream.data(), stream.size(), &options, &info), RELIEF_ERROR_LIMIT);

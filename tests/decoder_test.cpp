@@ -389,7 +389,7 @@ TEST(Options, EachFormNeedsNoMoreThanInspectSays) {
       for (uint32_t level = 0; level <= RELIEF_MAX_LEVEL; level++)
         for (uint32_t stride : {0, 24}) {
           if (flags & RELIEF_SMOOTH && flags & RELIEF_POINTS) continue;
-          const relief_options o = {nullptr, nullptr, level, flags, stride, stride};
+          const relief_options o = {nullptr, nullptr, level, flags, stride, stride, 0};
           const Decoded d = decode_by(g, o);
           ASSERT_EQ(d.status, RELIEF_OK) << g.name << ", flags " << flags << ", level " << level;
           ASSERT_EQ(fault_of(d, g.closed && !d.points), "") << g.name << ", flags " << flags;
@@ -516,7 +516,7 @@ TEST(Forms, QuantisedNarrowAndStridedHoldTheSameMesh) {
 TEST(Forms, InterleavedArraysKeepWhatIsBetween) {
   const std::vector<uint8_t>& s = golden("torus").stream;
   const Decoded whole = decode_bytes(s);
-  const relief_options o = {nullptr, nullptr, 0, RELIEF_QUANTISED, 20, 20};
+  const relief_options o = {nullptr, nullptr, 0, RELIEF_QUANTISED, 20, 20, 0};
   relief_info info;
   ASSERT_EQ(relief_inspect(s.data(), s.size(), &o, &info), RELIEF_OK);
   const HeapBlock vertices(20 * size_t(info.vertex_count)), indices(12 * size_t(info.triangle_count)),
@@ -545,7 +545,7 @@ TEST(Forms, NarrowIndicesOfTooManyVerticesAreRefused) {
   MeshWriter mesh = {positions.data(), indices.data(), 65536, 1, 65536, 1};
   relief_mesh out = {};
   out.positions = positions.data(), out.indices = narrow.data();
-  const relief_options o = {nullptr, nullptr, 0, RELIEF_INDICES_16, 12, 12};
+  const relief_options o = {nullptr, nullptr, 0, RELIEF_INDICES_16, 12, 12, 0};
   EXPECT_EQ(write_output(o, parsed.header, mesh, nullptr, out, best_leaves()), RELIEF_ERROR_OUTPUT);
   mesh.vertex_count = 65535;
   indices[2] = 65534;

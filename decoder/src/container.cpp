@@ -51,8 +51,17 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
                               &h.triangle_count, &h.table_bytes, &h.coefficient_bytes, &h.seam_bytes};
   for (uint32_t* c : counts)
     if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
+  h.colour_step = 0;
+  uint64_t colour_bytes = 0;
+  if (h.flags & kFlagColoured) {
+    uint32_t* const colours[] = {&h.colour_step, &h.colour_bytes[0], &h.colour_bytes[1], &h.colour_bytes[2]};
+    for (uint32_t* c : colours)
+      if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
+    for (uint32_t b : h.colour_bytes) colour_bytes += b;
+    if (h.colour_step < kLeastColourStep || h.colour_step > kMostColourStep) return RELIEF_ERROR_CORRUPT;
+  }
   // positions stay finite: |origin| + scale * limit < 2^127
-  bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
+  bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk | kFlagColoured)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
             within(h.spacing, 1.0f, float(1 << 20)) && within(h.step, 1.0f / 64, float(1 << 20));
   for (float o : h.origin) ok = ok && within(o, -1e37f, 1e37f);
   ok = ok && h.patch_count > 0 && h.boundary_nodes <= h.mask_pixels && h.mask_pixels >= 3;
@@ -66,10 +75,12 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
   const size_t left = size - parsed.coefficients_begin;
-  parsed.cut = h.coefficient_bytes > left || h.seam_bytes > left - h.coefficient_bytes;
-  if (!parsed.cut && h.seam_bytes < left - h.coefficient_bytes)
-    return RELIEF_ERROR_CORRUPT;  // bytes too many
+  const uint64_t surface_bytes = uint64_t(h.coefficient_bytes) + h.seam_bytes;
+  if (left > surface_bytes + colour_bytes) return RELIEF_ERROR_CORRUPT;  // bytes too many
+  parsed.cut = left < surface_bytes;
   parsed.coefficient_bytes = h.coefficient_bytes <= left ? h.coefficient_bytes : left;
+  parsed.colours_begin = parsed.coefficients_begin + size_t(surface_bytes);
+  parsed.colour_bytes = parsed.cut ? 0 : left - size_t(surface_bytes);
   return RELIEF_OK;
 }
 
@@ -104,8 +115,11 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
 
 uint64_t memory_bound(const Parsed& parsed) {
   const StreamHeader& h = parsed.header;
-  return (1u << 23) + 320 * uint64_t(h.patch_count) + 5 * parsed.totals.planes +
-         80 * parsed.totals.max_pixels + 116 * uint64_t(h.mask_pixels) + 1200 * uint64_t(h.boundary_nodes);
+  const bool coloured = h.flags & kFlagColoured;
+  return (1u << (coloured ? 24 : 23)) + 320 * uint64_t(h.patch_count) +
+         (coloured ? 17 : 5) * parsed.totals.planes + (coloured ? 86 : 80) * parsed.totals.max_pixels +
+         (coloured ? 120 : 116) * uint64_t(h.mask_pixels) +
+         (coloured ? 1228 : 1200) * uint64_t(h.boundary_nodes);
 }
 
 uint64_t memory_allowed(const relief_limits& limits, size_t size) {

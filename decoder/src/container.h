@@ -22,7 +22,8 @@ struct Parsed {
   Totals totals;
   size_t table_begin, coefficients_begin;  // offsets of the parts
   size_t coefficient_bytes;                // that are here
-  bool cut;                                // the bytes end early
+  bool cut;                                // the bytes end before the colours
+  size_t colours_begin, colour_bytes;      // what is here of all channels
 };
 
 // Reads a little-endian base-128 number of at most 5 bytes.

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "coarse_mask.h"
+#include "colours.h"
 #include "mesh.h"
 #include "normals.h"
 #include "output.h"
@@ -23,6 +24,7 @@ relief_options filled_in(const relief_options* given) {
   if (!o.limits) o.limits = &relief_default_limits;
   if (!o.position_stride) o.position_stride = quantised ? sizeof(int16_t[4]) : sizeof(float[3]);
   if (!o.normal_stride) o.normal_stride = quantised ? sizeof(int8_t[4]) : sizeof(float[3]);
+  if (!o.color_stride) o.color_stride = sizeof(uint8_t[4]);
   return o;
 }
 
@@ -35,7 +37,8 @@ bool in_range(const relief_options& o) {
   const relief_options least = filled_in(nullptr);
   const bool quantised = o.flags & RELIEF_QUANTISED;
   return o.position_stride % 4 == 0 && o.position_stride >= (quantised ? 8 : least.position_stride) &&
-         o.normal_stride % 4 == 0 && o.normal_stride >= (quantised ? 4 : least.normal_stride);
+         o.normal_stride % 4 == 0 && o.normal_stride >= (quantised ? 4 : least.normal_stride) &&
+         o.color_stride % 4 == 0;
 }
 
 // What a decode that goes on later has to find again: the same bytes up to the masks' end, the same options.
@@ -55,6 +58,7 @@ struct Workspace {
   MeshScratch mesh;
   Nodes nodes;
   uint8_t* gaps;
+  ColourPlanes colours;
   // what is not made in the caller's memory, else null
   float *positions, *normals;
   uint32_t* indices;  // of points: of the patch at hand
@@ -89,7 +93,8 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.begin = a.take<uint64_t>(patches);
   p.mask_models = a.take<MaskModels>(1);
   const bool bisk = parsed.header.flags & kFlagBisk;
-  p.coefficient_models = bisk ? nullptr : a.take<CoefficientModels>(1);
+  const bool coloured = parsed.header.flags & kFlagColoured;
+  p.coefficient_models = bisk && !coloured ? nullptr : a.take<CoefficientModels>(1);
   p.subband_state = bisk ? nullptr : a.take<SubbandState>(1);
   p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
   p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
@@ -115,6 +120,11 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
               : wide_indices(o) ? nullptr
                                 : a.take<uint32_t>(3 * most.triangles);
   w.smoothing = o.flags & RELIEF_SMOOTH ? a.take<uint32_t>(most.vertices) : nullptr;
+  w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
+  for (int c = 0; c < kChannels && coloured; c++) {
+    w.colours.q[c] = a.take<int32_t>(t.planes);
+    w.colours.image[c] = a.take<int16_t>(t.max_pixels);
+  }
   return a.used + 16;
 }
 
@@ -130,13 +140,15 @@ relief_status parse(const void* data, size_t size, const relief_options& o, Pars
 
 // One patch, from coefficients to triangles. Of a coarser level it may have more border than there is room
 // for, if the stream is hostile or odd; then it is left out.
-relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, const Leaves& leaves) {
+relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* colors, size_t color_stride,
+                        const Leaves& leaves) {
   const StreamHeader& h = open.parsed.header;
   const int level = open.parsed.level;
   const PatchHeader& patch = w.patches[i];
   const Pyramid p = pyramid_of(patch.width, patch.height);
   const float step = float(double(h.step) * quarter_power(patch.step_index));
   uint8_t* const mask = w.planes.mask + w.planes.begin[i];
+  if (colors) make_colour_images(open.parsed, w.planes, i, w.colours, w.scratch, leaves);
   const float* z = inverse_wavelet(p, w.planes.q + w.planes.begin[i], mask, step, w.scratch, leaves, level);
   const Band& low = p.low[level];
   if (level > 0) tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.node);
@@ -145,6 +157,8 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, const Leave
   const uint32_t nodes = w.nodes.count, components = open.components;
   const relief_status status = mesh_patch(patch, i, spacing_of(h.spacing, patch), p, level, mask, z, w.mesh,
                                           open.mesh, w.nodes, open.components, leaves);
+  if (status == RELIEF_OK && colors)
+    write_patch_colours(w.colours, low, mask, colors + before.vertex_count * color_stride, color_stride);
   stage_done(Stage::kMesh);
   if (level == 0 || status != RELIEF_ERROR_CORRUPT) return status;
   open.mesh = before;
@@ -154,7 +168,7 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, const Leave
 
 // normals: of points, which have them of their own patch's triangles; may be null
 relief_status mesh_patches(const relief_options& o, Workspace& w, OpenPatches& open, float* normals,
-                           const Leaves& leaves) {
+                           uint8_t* colors, const Leaves& leaves) {
   const StreamHeader& h = open.parsed.header;
   open.components = 0;
   open.whole = true;
@@ -164,7 +178,7 @@ relief_status mesh_patches(const relief_options& o, Workspace& w, OpenPatches& o
       continue;
     }
     const uint32_t first = open.mesh.vertex_count;
-    const relief_status status = add_patch(i, w, open, leaves);
+    const relief_status status = add_patch(i, w, open, colors, o.color_stride, leaves);
     if (status != RELIEF_OK) return status;
     if (!(o.flags & RELIEF_POINTS)) continue;
     if (normals) {
@@ -206,9 +220,9 @@ void read_coefficients(const uint8_t* data, const Workspace& w, const Parsed& pa
 
 // Everything of the mesh before the gaps, but for what begin has filled in.
 relief_status open_patches(const relief_options& o, Workspace& w, OpenPatches& open, float* normals,
-                           const Leaves& leaves) {
+                           uint8_t* colors, const Leaves& leaves) {
   const StreamHeader& h = open.parsed.header;
-  const relief_status status = mesh_patches(o, w, open, normals, leaves);
+  const relief_status status = mesh_patches(o, w, open, normals, colors, leaves);
   if (status != RELIEF_OK) return status;
   float largest = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
@@ -217,6 +231,8 @@ relief_status open_patches(const relief_options& o, Workspace& w, OpenPatches& o
   }
   open.spacing = int32_t(largest * float(1 << open.parsed.level));
   open.nodes = w.nodes;
+  open.patches = w.patches;
+  open.begin = w.planes.begin, open.mask = w.planes.mask;
   open.gap_memory = w.gaps;
   return RELIEF_OK;
 }
@@ -252,21 +268,26 @@ MeshWriter writer_for(const relief_options& o, const Workspace& w, const Parsed&
 }
 
 // From the planes to the mesh. Leaves what is needed to go on alone, but for masks at coarser levels.
-relief_status make_mesh(const uint8_t* data, size_t size, const relief_options& o, Workspace& w,
+relief_status make_mesh(const uint8_t* data, const relief_options& o, Workspace& w,
                         OpenPatches& open, relief_mesh* out, const Leaves& leaves) {
   open.mesh = writer_for(o, w, open.parsed, *out);
   float* const normals = !out->normals ? nullptr : w.normals ? w.normals : static_cast<float*>(out->normals);
-  relief_status status = open_patches(o, w, open, normals, leaves);
+  const bool coloured = out->colors && open.parsed.header.flags & kFlagColoured;
+  uint8_t* const colors = coloured ? static_cast<uint8_t*>(out->colors) : nullptr;
+  if (colors) decode_colours(data, open.parsed, w.planes, w.colours, leaves);
+  relief_status status = open_patches(o, w, open, normals, colors, leaves);
   if (status != RELIEF_OK) return status;
   MeshWriter& mesh = open.mesh;
   if (!(o.flags & RELIEF_POINTS)) {
-    const uint32_t patch_vertices = mesh.vertex_count;
+    const uint32_t patch_vertices = mesh.vertex_count, patch_triangles = mesh.triangle_count;
     // the seams are those of the whole mesh at level 0; without all patches no surface is closed
     const uint8_t* const seams = open.whole && o.level == 0 ? seams_of(open.parsed, data) : nullptr;
     const bool closed = open.whole && open.parsed.header.flags & kFlagClosed;
-    status = close_gaps(open.nodes, open.components, {open.spacing, closed, seams, data + size, nullptr},
-                        mesh, open.gap_memory);
+    const uint8_t* const seams_end = seams ? data + open.parsed.colours_begin : nullptr;
+    status = close_gaps(open.nodes, open.components, {open.spacing, closed, seams, seams_end, nullptr}, mesh,
+                        open.gap_memory);
     if (status != RELIEF_OK) return status;
+    if (colors) write_gap_colours(mesh, patch_vertices, patch_triangles, colors, o.color_stride);
     stage_done(Stage::kGaps);
     if (!kPlain && o.flags & RELIEF_SMOOTH)  // gap closing takes more a node
       smooth_nodes(open.nodes, patch_vertices, mesh, w.smoothing, reinterpret_cast<int64_t(*)[4]>(w.gaps));
@@ -292,7 +313,7 @@ relief_status decode(const void* data, size_t size, const relief_options& o, rel
   if (status == RELIEF_OK) status = read_masks(bytes, o, w, open.parsed, leaves);
   if (status != RELIEF_OK) return status;
   read_coefficients(bytes, w, open.parsed, leaves);
-  return make_mesh(bytes, size, o, w, open, out, leaves);
+  return make_mesh(bytes, o, w, open, out, leaves);
 }
 
 // FNV-1a.
@@ -329,7 +350,7 @@ relief_status decode_more(const void* data, size_t size, const relief_options& o
   }
   read_coefficients(bytes, w, open.parsed, leaves);
   *taken = size;
-  return out ? make_mesh(bytes, size, o, w, open, out, leaves) : RELIEF_OK;
+  return out ? make_mesh(bytes, o, w, open, out, leaves) : RELIEF_OK;
 }
 
 }  // namespace
@@ -358,7 +379,7 @@ relief_status decode_patches(const void* data, size_t size, const relief_options
   if (status != RELIEF_OK) return status;
   read_coefficients(bytes, w, open.parsed, best_leaves());
   open.mesh = writer_for(o, w, open.parsed, *mesh);
-  return open_patches(o, w, open, nullptr, best_leaves());
+  return open_patches(o, w, open, nullptr, nullptr, best_leaves());
 }
 
 }  // namespace relief
@@ -392,6 +413,7 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   for (int i = 0; i < 3; i++) r.origin[i] = h.origin[i];
   r.scale = h.scale;
   r.masks_end = uint32_t(parsed.coefficients_begin);
+  r.has_colors = parsed.header.flags & kFlagColoured ? 1 : 0;
   *info = r;
   return RELIEF_OK;
 }

@@ -14,6 +14,9 @@ struct OpenPatches {
   bool whole;           // no patch is left out
   uint32_t components;  // connected pieces of patches
   int32_t spacing;      // the largest, lattice units
+  const PatchHeader* patches;
+  const uint64_t* begin;  // of each patch's pyramid
+  const uint8_t* mask;    // planes of the pyramids
   void* gap_memory;     // for close_gaps
 };
 

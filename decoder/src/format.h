@@ -14,9 +14,12 @@ constexpr uint32_t kMaxSide = 1 << 15;         // pixels along a side of a patch
 constexpr int kNormalBits = 8;                 // a plane's normal: octahedral map with 2^8 - 1 steps each way
 constexpr int kFlagClosed = 1;                 // the surface has no border: every gap is closed
 constexpr int kFlagBisk = 2;                   // coefficients are coded by bisk.h, else by coefficients.h
+constexpr int kFlagColoured = 4;               // vertices have colours: colours.h
+constexpr int kChannels = 3;                   // of colours
 // Spacing of a patch's grid: 2^(-index / 4) of the stream's; step likewise 2^(index / 4).
 constexpr int kMaxSpacingIndex = 63;
 constexpr int kMaxStepIndex = 31;
+constexpr uint32_t kLeastColourStep = 16, kMostColourStep = 1 << 16;
 
 struct PatchHeader {
   uint32_t width, height;  // pixels; both at least 1
@@ -33,6 +36,8 @@ struct StreamHeader {
   uint32_t patch_count, mask_pixels, boundary_nodes, vertex_count, triangle_count;
   uint32_t table_bytes;  // range-coded patch table and masks
   uint32_t coefficient_bytes, seam_bytes;
+  uint32_t colour_step;              // of luma, in 1/256 levels of a byte
+  uint32_t colour_bytes[kChannels];  // nothing of them without kFlagColoured
 };
 
 // A power 2^(i/4) without libm: exact powers of two times one of four constants.

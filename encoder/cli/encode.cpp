@@ -15,7 +15,7 @@ struct Arguments {
   std::string in, out, patches;
   EncodeOptions options;
   std::string coder = "subband", allocation = "rd", partition = "gla", plane = "average";
-  bool no_fit = false;
+  bool no_fit = false, no_colors = false;
 };
 
 // One primitive of a scene, or the whole of a mesh file.
@@ -27,6 +27,7 @@ struct Encoded {
 EncodeOptions options_for(const Arguments& arguments, double share) {
   EncodeOptions options = arguments.options;
   options.fit = !arguments.no_fit;
+  if (arguments.no_colors) options.color_error = 0;
   options.coder = arguments.coder == "bisk" ? Coder::kBisk : Coder::kSubband;
   options.allocation = arguments.allocation == "even" ? Allocation::kEven : Allocation::kRateDistortion;
   options.clustering = arguments.partition == "gla" ? Clustering::kLloyd : Clustering::kSplitMerge;
@@ -88,6 +89,10 @@ Json json_of(const PrimitiveReport& p) {
   if (!p.compressed) return json;
   json["bits_per_vertex"] = bits_per_vertex(p);
   json["e_rms"] = p.result.error * 1e4;
+  if (p.result.color_bytes > 0) {
+    json["color_error"] = p.result.color_error;
+    json["color_bytes"] = p.result.color_bytes;
+  }
   json["target_met"] = p.result.target_met;
   json["patches"] = p.result.patches;
   json["warnings"] = p.result.warnings;
@@ -115,6 +120,9 @@ void print_text(const Arguments& arguments, const Encoded& encoded) {
                 p.name.c_str(), with_commas(p.vertices).c_str(), with_commas(p.triangles).c_str(),
                 with_commas(p.bytes_after).c_str(), bits_per_vertex(p), p.result.error * 1e4,
                 p.result.patches);
+    if (p.result.color_bytes > 0)
+      std::printf("%s: colours take %s of the bytes, their rms error is %.2f of 255\n", p.name.c_str(),
+                  with_commas(p.result.color_bytes).c_str(), p.result.color_error);
   }
   uint64_t before = file_bytes(arguments.in), after = file_bytes(arguments.out);
   std::printf("%s: %s bytes, 1/%.1f of %s, in %.1f s (E_rms: 1e-4 of the diagonal)\n", arguments.out.c_str(),
@@ -220,8 +228,8 @@ void add_encode(CLI::App& app, Run& run) {
       "  relief encode scene.glb small.glb --bytes 100000   as good as 100,000 bytes allow\n"
       "  relief encode cloud.xyz cloud.glb                  a point cloud: its surface; see decode --points\n"
       "\n"
-      "Primitives of a scene that carry what is not coded yet (texture coordinates, colours, joints, morph\n"
-      "targets) and those that touch another one of their mesh pass through unchanged, and a line says so.");
+      "Primitives of a scene that carry what is not coded yet (texture coordinates, joints, morph targets) and\n"
+      "those that touch another one of their mesh pass through unchanged, and a line says so.");
   command->add_option("IN", a->in, ".ply .obj .off .stl .xyz .pcd .glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .relief")->required();
   add_targets(*command, *a);
@@ -244,6 +252,14 @@ void add_encode(CLI::App& app, Run& run) {
       ->add_option("--effort", a->options.effort, "1 (fast) to 9 (fewer bytes, much slower); default 5")
       ->type_name("1..9")
       ->check(CLI::Range(1, 9));
+  CLI::Option* color_error =
+      command
+          ->add_option("--color-error", a->options.color_error,
+                       "Colours of vertices: rms error, of 255 (default 4); with --bytes or --bpv they take "
+                       "what the surface leaves")
+          ->type_name("N")
+          ->check(CLI::Range(0.1, 255.0));
+  command->add_flag("--no-colors", a->no_colors, "Leave colours out")->excludes(color_error);
   command->add_flag("--no-fit", a->no_fit, "Sample elevations instead of fitting them by least squares");
   command->add_option("--patches", a->patches, "Also write the input, coloured by patch (.glb)")
       ->type_name("FILE");

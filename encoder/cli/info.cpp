@@ -44,6 +44,8 @@ Json json_of(const Stream& s) {
                {"masks_end", s.info.masks_end},
                {"bytes_header", s.ledger.header},
                {"bytes_seams", s.ledger.seams},
+               {"bytes_colours", s.ledger.colours},
+               {"has_colors", s.info.has_colors == 1},
                {"bytes_side", s.ledger.side},
                {"bytes_masks", s.ledger.masks},
                {"bytes_coefficients", s.ledger.coefficients},
@@ -99,6 +101,7 @@ void print_text(const Stream& s, bool patches) {
   for (size_t plane = s.ledger.by_plane.size(), i = 0; i < s.ledger.by_plane.size(); i++)
     print_share(format("  bit plane %zu", plane - 1 - i).c_str(), s.ledger.by_plane[i], s.bytes);
   print_share("seams", s.ledger.seams, s.bytes);
+  if (s.info.has_colors) print_share("colours", s.ledger.colours, s.bytes);
   if (patches) print_patches(s.ledger);
 }
 

@@ -29,7 +29,6 @@ static Color patch_color(int label) {
 
 void write_patch_colors(const std::string& out, const TriangleMesh& mesh, const std::vector<int>& labels) {
   TriangleMesh colored;
-  std::vector<Color> colors;
   std::map<std::pair<uint32_t, int>, uint32_t> vertices;  // a vertex on a seam appears once a patch
   for (size_t t = 0; t < mesh.triangles.size(); t++) {
     int label = t < labels.size() ? labels[t] : -1;
@@ -40,24 +39,24 @@ void write_patch_colors(const std::string& out, const TriangleMesh& mesh, const 
       if (inserted) {
         colored.positions.push_back(mesh.positions[v]);
         if (!mesh.normals.empty()) colored.normals.push_back(mesh.normals[v]);
-        colors.push_back(patch_color(label));
+        colored.colors.push_back(patch_color(label));
       }
       triangle[k] = at->second;
     }
     colored.triangles.push_back(triangle);
   }
-  write_mesh_gltf(out, colored, colors);
+  write_mesh_gltf(out, colored);
 }
 
 void write_heatmap(const std::string& out, const TriangleMesh& mesh, const std::vector<float>& distances,
                    double red) {
-  std::vector<Color> colors;
-  colors.reserve(distances.size());
+  TriangleMesh colored = mesh;
+  colored.colors.clear();
   for (float d : distances) {
     double level = red > 0 ? std::min(double(d) / red, 1.0) : 0;
-    colors.push_back(from_hue((1 - level) * 2 / 3, 1, 1));  // hue 2/3 is blue, 0 is red
+    colored.colors.push_back(from_hue((1 - level) * 2 / 3, 1, 1));  // hue 2/3 is blue, 0 is red
   }
-  write_mesh_gltf(out, mesh, colors);
+  write_mesh_gltf(out, colored);
 }
 
 }  // namespace relief::cli

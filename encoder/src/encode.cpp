@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "allocate/allocate.h"
+#include "colours/add_colours.h"
 #include "measure/surface_error.h"
 #include "partition/partition.h"
 #include "points/point_surface.h"
@@ -506,6 +507,22 @@ Outcome best_partition(Job& m, const EncodeOptions& asked, double bytes, Stopwat
   return best;
 }
 
+// The target, if it is one of bytes; else 0.
+double wanted_bytes(const TriangleMesh& input, const EncodeOptions& options) {
+  if (options.bytes || options.bits_per_vertex <= 0) return double(options.bytes);
+  return options.bits_per_vertex * double(input.positions.size()) / 8;
+}
+
+void code_colours(const TriangleMesh& input, const EncodeOptions& options, double bytes,
+                  EncodeResult& result) {
+  const size_t surface_bytes = result.stream.size();
+  report(options, "colours", 0.99);
+  const CodedColours coded = add_colours(input, {options.color_error, size_t(bytes)}, result.stream);
+  result.color_error = coded.error;
+  result.color_bytes = result.stream.size() - surface_bytes;
+  result.target_met = result.target_met && coded.met;
+}
+
 }  // namespace
 
 EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
@@ -520,16 +537,19 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   const TriangleMesh& mesh = points ? points->mesh() : input;
   Job m = {mesh, points ? &*points : nullptr, options, effort_of(options.effort)};
   prepare(m, watch);
-  double bytes = double(options.bytes);
-  if (!options.bytes && options.bits_per_vertex > 0)
-    bytes = options.bits_per_vertex * double(input.positions.size()) / 8;
+  constexpr double kColourShare = 0.3;  // of the bytes
+  const bool coloured = !input.colors.empty() && options.color_error > 0;
+  const double all_bytes = wanted_bytes(input, options), bytes = all_bytes * (coloured ? 1 - kColourShare : 1);
   Outcome best = best_partition(m, options, bytes, watch);
   Trial& trial = best.trial;
   result.target_met = best.met && excess(trial, options, bytes) <= 0;
   result.stream = std::move(trial.stream);
   result.unquantised = std::move(trial.unquantised);
   result.error = trial.error;
-  if (!input.colors.empty()) result.warnings.push_back("left out the colours, which streams do not hold yet");
+  if (coloured) {
+    code_colours(input, options, all_bytes, result);
+    watch.lap("colours");
+  }
   if (points) {
     const auto& more = points->warnings();
     result.warnings.insert(result.warnings.end(), more.begin(), more.end());

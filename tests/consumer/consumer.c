@@ -12,7 +12,7 @@ static int fail(const char* what, const char* text) {
 int main(int argc, char** argv) {
   static unsigned char data[1 << 16];
   relief_info info;
-  relief_options options = {NULL, NULL, 0, 0, 0, 0};
+  relief_options options = {NULL, NULL, 0, 0, 0, 0, 0};
   relief_mesh mesh;
   relief_status status;
   size_t size;

@@ -95,8 +95,9 @@ typedef struct relief_options {
   uint32_t level;
   uint32_t flags; /* RELIEF_SMOOTH | ... */
   /* Bytes from one vertex to the next, multiples of 4, at least a vertex' size; 0: that size (12 bytes; of
-   * RELIEF_QUANTISED 8 for positions, 4 for normals). Bytes in between are left alone: arrays can be interleaved. */
-  uint32_t position_stride, normal_stride;
+   * RELIEF_QUANTISED 8 for positions, 4 for normals; 4 for colours). Bytes in between are left alone: arrays can be
+   * interleaved. */
+  uint32_t position_stride, normal_stride, color_stride;
 } relief_options;
 
 /* What a stream holds. */
@@ -112,6 +113,7 @@ typedef struct relief_info {
   float origin[3];            /* position = origin + scale * (integer lattice coordinates). Coordinates lie within */
   float scale;                /* +-2^20: the only bounds of the mesh that can be had without decoding */
   uint32_t masks_end;         /* bytes of header, patch table and masks: the shortest prefix that decodes */
+  uint32_t has_colors;        /* 1: vertices have colours; else 0 */
 } relief_info;
 
 /* Reads the header and the patch table of a stream (or of a prefix of it that holds at least these).
@@ -128,6 +130,9 @@ RELIEF_API relief_status relief_inspect(const void* data, size_t size, const rel
 typedef struct relief_mesh {
   void* positions;            /* 3 floats a vertex, in the units of the model (RELIEF_QUANTISED: 4 int16) */
   void* normals;              /* 3 floats a vertex, unit length (RELIEF_QUANTISED: 4 int8); null if not wanted */
+  void* colors;               /* 4 uint8 a vertex: red, green, blue as sRGB, and 255; null if not wanted. Colours come
+                                 last in a stream: in a prefix without any of theirs all are a grey of 128. Untouched
+                                 if relief_info.has_colors is 0 */
   void* indices;              /* 3 uint32 a triangle (RELIEF_INDICES_16: uint16), counter-clockwise from outside */
   uint32_t vertex_capacity;   /* vertices that positions (and normals) have room for */
   uint32_t triangle_capacity; /* triangles that indices has room for */

@@ -22,7 +22,7 @@ struct TriangleMesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<std::array<float, 3>> normals;  // one a position, or empty
-  std::vector<std::array<uint8_t, 4>> colors;  // red, green, blue, opacity; one a position of a cloud, or empty
+  std::vector<std::array<uint8_t, 4>> colors;  // sRGB red, green, blue, and opacity; one a position, or empty
 };
 
 // Called from the encoding thread: a stage's name and how much of the whole work is done, 0 to 1, never falling.
@@ -57,6 +57,9 @@ struct EncodeOptions {
   Coder coder = Coder::kSubband;
   Allocation allocation = Allocation::kRateDistortion;  // of bisk
   int effort = 5;            // 1 .. 9: how much time goes into fewer bytes
+  // Of inputs with colours: rms over red, green and blue of the vertices, levels of a byte; 0: without colours. Where
+  // bytes are the target, colours take what the surface leaves of them.
+  double color_error = 4;
   bool unquantised = false;  // also code the same patches with the finest step: tells the error of sampling
   Progress progress;     // may be empty
 };
@@ -64,6 +67,8 @@ struct EncodeOptions {
 struct EncodeResult {
   std::vector<uint8_t> stream;
   std::vector<uint8_t> unquantised;  // as asked; else empty
+  double color_error = 0;   // as EncodeOptions::color_error, of the vertices that are decoded
+  size_t color_bytes = 0;   // of the stream; 0: it has no colours
   double error = 0;         // symmetric rms error measured on the decoded stream, fraction of the diagonal
   bool target_met = false;  // false: this is the closest that could be reached
   uint32_t patches = 0;

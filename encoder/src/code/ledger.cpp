@@ -197,6 +197,7 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
   ledger.side = h.table_bytes - ledger.masks;
   ledger.header = parsed.table_begin;
   ledger.seams = h.seam_bytes;
+  ledger.colours = parsed.colour_bytes;
 
   RangeDecoder coder(stream.data() + parsed.coefficients_begin, h.coefficient_bytes, false);
   CountingDecoder counting(coder);

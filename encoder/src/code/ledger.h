@@ -9,7 +9,8 @@ namespace relief {
 struct Ledger {
   static constexpr int kBands = 4;
   static constexpr const char* kBandNames[kBands] = {"LL", "HL", "LH", "HH"};
-  uint64_t header = 0, side = 0, masks = 0, coefficients = 0, seams = 0;  // bytes; they add up to the stream
+  // bytes; they add up to the stream
+  uint64_t header = 0, side = 0, masks = 0, coefficients = 0, seams = 0, colours = 0;
   std::vector<uint64_t> by_level;  // bytes of the coefficients by wavelet level, the coarsest (with LL) first
   std::vector<std::array<uint64_t, kBands>>
       by_band;                     // the same by sub-band: LL (of the coarsest level), HL, LH, HH

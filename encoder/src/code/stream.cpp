@@ -16,11 +16,6 @@ namespace {
 
 constexpr float kLeastStep = 1.0f / 64;  // of a stream
 
-void put_varint(std::vector<uint8_t>& out, uint32_t v) {
-  for (; v >= 128; v >>= 7) out.push_back(uint8_t(v | 128));
-  out.push_back(uint8_t(v));
-}
-
 void put_float(std::vector<uint8_t>& out, float f) {
   uint32_t bits;
   std::memcpy(&bits, &f, 4);
@@ -47,25 +42,39 @@ void code_masks(RangeEncoder& coder, const std::vector<CodedPatch>& patches, Str
 
 std::vector<uint8_t> code_coefficients(const std::vector<CodedPatch>& patches,
                                        const StreamPlacement& placement) {
-  RangeEncoder coder;
-  const auto models = std::make_unique<CoefficientModels>();
-  models->init();
-  std::vector<std::vector<int32_t>> q(patches.size());
-  std::vector<float> step(patches.size());
-  for (size_t i = 0; i < patches.size(); i++) {
-    q[i].assign(patches[i].image->pyramid.size, 0);
-    step[i] = float(double(placement.step) * quarter_power(patches[i].header.step_index));
-    quantise_low(*patches[i].image, step[i], q[i].data());
-    code_low(coder, *models, patches[i].image->pyramid, q[i].data(), patches[i].image->mask.data());
+  std::vector<const WaveletImage*> images;
+  std::vector<float> step;
+  for (const CodedPatch& p : patches) {
+    images.push_back(p.image);
+    step.push_back(float(double(placement.step) * quarter_power(p.header.step_index)));
   }
-  for (int level = kLevels - 1; level >= 0; level--)
-    for (size_t i = 0; i < patches.size(); i++)
-      for (int type = 0; type < 3; type++)
-        quantise_band(coder, *models, *patches[i].image, level, type, step[i], placement.trade, q[i].data());
-  return coder.finish();
+  return code_images(images, step, placement.trade);
 }
 
 }  // namespace
+
+void put_varint(std::vector<uint8_t>& out, uint32_t value) {
+  for (; value >= 128; value >>= 7) out.push_back(uint8_t(value | 128));
+  out.push_back(uint8_t(value));
+}
+
+std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
+                                 const std::vector<float>& step, float trade) {
+  RangeEncoder coder;
+  const auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  std::vector<std::vector<int32_t>> q(images.size());
+  for (size_t i = 0; i < images.size(); i++) {
+    q[i].assign(images[i]->pyramid.size, 0);
+    quantise_low(*images[i], step[i], q[i].data());
+    code_low(coder, *models, images[i]->pyramid, q[i].data(), images[i]->mask.data());
+  }
+  for (int level = kLevels - 1; level >= 0; level--)
+    for (size_t i = 0; i < images.size(); i++)
+      for (int type = 0; type < 3; type++)
+        quantise_band(coder, *models, *images[i], level, type, step[i], trade, q[i].data());
+  return coder.finish();
+}
 
 uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t height) {
   const int w = int(width), h = int(height);

@@ -44,6 +44,12 @@ struct StreamParts {
   size_t most_coefficient_bytes = 0;  // there were before the cut
 };
 
+// Quantises and codes images band by band, all images' LL first, then level by level. step: of each image.
+std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
+                                 const std::vector<float>& step, float trade);
+
+void put_varint(std::vector<uint8_t>& out, uint32_t value);
+
 StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement);
 
 // What only the decoder's result can tell: numbers in ascending order.

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gltf/srgb.h"
+
 namespace relief {
 
 namespace {
 
-constexpr unsigned kFloat = 5126, kUnsignedInt = 5125;
+constexpr unsigned kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;
 
 template <typename T>
 Bytes bytes_of(const std::vector<T>& values) {
@@ -36,12 +38,28 @@ Json normal_accessor(const TriangleMesh& mesh) {
   return {{"componentType", kFloat}, {"count", mesh.positions.size()}, {"type", "VEC3"}};
 }
 
+Json color_accessor(const TriangleMesh& mesh) {
+  return {{"componentType", kUnsignedShort},
+          {"normalized", true},
+          {"count", mesh.positions.size()},
+          {"type", "VEC4"}};
+}
+
 Json index_accessor(const TriangleMesh& mesh) {
   return {{"componentType", kUnsignedInt}, {"count", 3 * mesh.triangles.size()}, {"type", "SCALAR"}};
 }
 
 Bytes position_bytes(const TriangleMesh& mesh) { return bytes_of(mesh.positions); }
 Bytes normal_bytes(const TriangleMesh& mesh) { return bytes_of(mesh.normals); }
+Bytes color_bytes(const TriangleMesh& mesh) {
+  std::array<uint16_t, 256> linear;
+  for (size_t i = 0; i < linear.size(); i++) linear[i] = linear_of(uint8_t(i));
+  std::vector<std::array<uint16_t, 4>> colors;
+  colors.reserve(mesh.colors.size());
+  for (const auto& [red, green, blue, opacity] : mesh.colors)
+    colors.push_back({linear[red], linear[green], linear[blue], uint16_t(257 * opacity)});
+  return bytes_of(colors);
+}
 Bytes index_bytes(const TriangleMesh& mesh) { return bytes_of(mesh.triangles); }
 
 size_t append_vertex_view(Document& document, const Bytes& bytes, unsigned target) {

@@ -7,11 +7,13 @@ namespace relief {
 // Accessors without data, as a compressed primitive has them: counts, types, and the bounds of the positions.
 Json position_accessor(const TriangleMesh& mesh);
 Json normal_accessor(const TriangleMesh& mesh);
+Json color_accessor(const TriangleMesh& mesh);  // 16 bits: what 8 bits of sRGB are as linear colours
 Json index_accessor(const TriangleMesh& mesh);
 
 // Their data, little-endian.
 Bytes position_bytes(const TriangleMesh& mesh);
 Bytes normal_bytes(const TriangleMesh& mesh);
+Bytes color_bytes(const TriangleMesh& mesh);
 Bytes index_bytes(const TriangleMesh& mesh);
 
 // A buffer view for data of an accessor, with the target that the data is for; returns its index.

@@ -38,7 +38,7 @@ std::string obstacle(const Document& document, const Json& primitive, const std:
   if (std::string codec = foreign_codec(document, primitive); !codec.empty())
     return "is compressed with " + codec;
   for (const auto& [name, accessor] : primitive["attributes"].items())
-    if (name != "POSITION" && name != "NORMAL")
+    if (name != "POSITION" && name != "NORMAL" && name != "COLOR_0")
       return "has the attribute " + name + ", which is not coded yet";
   if (!primitive["attributes"].contains("POSITION")) return "has no POSITION";
   if (primitive.contains("targets")) return "has morph targets, which are not coded yet";
@@ -76,12 +76,16 @@ uint64_t component_bytes(const Json& accessor) {
   return uint64_t(tinygltf::GetComponentSizeInBytes(accessor["componentType"].get<uint32_t>()));
 }
 
+uint64_t element_bytes(const Json& accessor) {
+  return component_bytes(accessor) * (accessor["type"] == "VEC4" ? 4 : 3);
+}
+
 // Bytes of a primitive's elements in one of its accessors: of the vertices that it uses, or of its indices.
 uint64_t input_bytes(const Document& document, const Json& primitive, uint64_t vertices, size_t input) {
   const Json& accessor = document.json["accessors"][input];
   const Json* indices = find(primitive, "indices");
   if (indices && *indices == input) return component_bytes(accessor) * accessor["count"].get<uint64_t>();
-  return 3 * component_bytes(accessor) * vertices;
+  return element_bytes(accessor) * vertices;
 }
 
 void read_candidates(Document& document, const tinygltf::Model& model, std::vector<Primitive>& primitives) {
@@ -92,6 +96,8 @@ void read_candidates(Document& document, const tinygltf::Model& model, std::vect
     p.report.triangles = p.geometry.triangles.size();
     if (p.geometry.triangles.empty() && !is_points(json_of(document, p)))
       p.report.reason = "has no triangles";
+    for (const auto& color : p.geometry.colors)
+      if (color[3] < 255) p.report.reason = "has colours that are not opaque";
     for (size_t input : p.inputs)
       p.report.bytes_before += input_bytes(document, json_of(document, p), p.report.vertices, input);
     if (p.candidate() && p.report.bytes_before <= kJsonBytes)
@@ -247,6 +253,10 @@ void replace_primitives(Document& document, const std::vector<Primitive*>& same,
   };
   size_t position = replace(find(old["attributes"], "POSITION"), position_accessor(mesh));
   size_t normal = replace(find(old["attributes"], "NORMAL"), normal_accessor(mesh));
+  const Json* old_color = find(old["attributes"], "COLOR_0");
+  const bool colored = !mesh.colors.empty();
+  size_t color = colored ? replace(old_color, color_accessor(mesh)) : 0;
+  if (old_color && !colored) released.accessors.insert(old_color->get<size_t>());
   size_t indices = points ? 0 : replace(find(old, "indices"), index_accessor(mesh));
   if (const Json* unused = points ? find(old, "indices") : nullptr)
     released.accessors.insert(unused->get<size_t>());
@@ -256,6 +266,10 @@ void replace_primitives(Document& document, const std::vector<Primitive*>& same,
     Json& json = json_of(document, *p);
     json["attributes"]["POSITION"] = position;
     json["attributes"]["NORMAL"] = normal;
+    if (colored)
+      json["attributes"]["COLOR_0"] = color;
+    else
+      json["attributes"].erase("COLOR_0");
     if (points) {
       json.erase("indices");
     } else {

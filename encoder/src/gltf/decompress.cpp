@@ -13,7 +13,7 @@ namespace {
 
 // The accessors of one stream, filled with its data.
 struct Filled {
-  size_t position, normal, indices;
+  size_t position, normal, indices, color;
 };
 
 // Gives an accessor its data. The JSON may name any accessor, so one that has data already, or is missing, is
@@ -37,6 +37,12 @@ Filled fill_accessors(Document& document, const Json& primitive, const TriangleM
                                   position_bytes(mesh), kArrayBuffer);
   filled.normal = fill_accessor(document, find(attributes, "NORMAL"), normal_accessor(mesh),
                                 normal_bytes(mesh), kArrayBuffer);
+  const Json* color = find(attributes, "COLOR_0");
+  if (color && mesh.colors.empty())
+    throw InputError("a compressed primitive has the attribute COLOR_0, which its stream does not hold");
+  if (color)
+    filled.color =
+        fill_accessor(document, color, color_accessor(mesh), color_bytes(mesh), kArrayBuffer);
   if (!points)
     filled.indices = fill_accessor(document, find(primitive, "indices"), index_accessor(mesh),
                                    index_bytes(mesh), kElementArrayBuffer);
@@ -45,7 +51,7 @@ Filled fill_accessors(Document& document, const Json& primitive, const TriangleM
 
 void check_attributes(const Json& primitive) {
   for (const auto& [name, accessor] : primitive["attributes"].items())
-    if (name != "POSITION" && name != "NORMAL")
+    if (name != "POSITION" && name != "NORMAL" && name != "COLOR_0")
       throw InputError("a compressed primitive has the attribute " + name +
                        ", which its stream does not hold");
 }
@@ -62,6 +68,7 @@ void replace_primitive(Document& document, size_t m, size_t i, bool points, std:
   Json& json = document.json["meshes"][m]["primitives"][i];
   json["attributes"]["POSITION"] = filled.position;
   json["attributes"]["NORMAL"] = filled.normal;
+  if (json["attributes"].contains("COLOR_0")) json["attributes"]["COLOR_0"] = filled.color;
   if (points) {
     json.erase("indices");
     json["mode"] = 0u;

@@ -1,8 +1,11 @@
 #include "gltf/geometry.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+
+#include "gltf/srgb.h"
 
 namespace relief {
 
@@ -181,6 +184,50 @@ std::vector<uint32_t> read_indices(const Document& document, const tinygltf::Mod
   return indices;
 }
 
+// The elements of an accessor whose type was checked, as floats.
+template <size_t N>
+std::vector<std::array<float, N>> read_vectors(const Document& document, const tinygltf::Model& model,
+                                               int index) {
+  const tinygltf::Accessor& a = accessor_of(model, index);
+  check_count(a, index);
+  size_t component = size_t(tinygltf::GetComponentSizeInBytes(uint32_t(a.componentType)));
+  std::vector<std::array<float, N>> values;
+  auto store = [&](size_t i, const uint8_t* p) {
+    for (size_t k = 0; k < N; k++)
+      values[i][k] = load_component(p + k * component, a.componentType, a.normalized);
+  };
+  if (a.bufferView >= 0) {
+    Elements e = view_elements(document, model, a.bufferView, a.byteOffset, N * component, a.count,
+                               accessor_name(index));
+    values.resize(a.count);
+    for (size_t i = 0; i < a.count; i++) store(i, e.data + i * e.stride);
+  }
+  values.resize(a.count);
+  read_sparse(document, model, index, N * component, store);
+  return values;
+}
+
+// Of COLOR_0, as sRGB.
+std::vector<std::array<uint8_t, 4>> read_colors(const Document& document, const tinygltf::Model& model,
+                                                int index) {
+  const tinygltf::Accessor& a = accessor_of(model, index);
+  const bool integer = a.normalized && (a.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+                                        a.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
+  if (!(integer || a.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT) ||
+      !(a.type == TINYGLTF_TYPE_VEC3 || a.type == TINYGLTF_TYPE_VEC4))
+    throw InputError(accessor_name(index) + " holds no colours: wrong type");
+  std::vector<std::array<uint8_t, 4>> colors;
+  auto add = [&](float red, float green, float blue, float opacity) {
+    const float cut = opacity > 0 ? std::min(opacity, 1.0f) : 0;
+    colors.push_back({srgb_of(red), srgb_of(green), srgb_of(blue), uint8_t(std::lround(255 * cut))});
+  };
+  if (a.type == TINYGLTF_TYPE_VEC3)
+    for (const auto& c : read_vectors<3>(document, model, index)) add(c[0], c[1], c[2], 1);
+  else
+    for (const auto& c : read_vectors<4>(document, model, index)) add(c[0], c[1], c[2], c[3]);
+  return colors;
+}
+
 // Modes 4, 5 and 6 as a list of triangles, counter-clockwise as glTF 2.0, 3.7.2.1 defines it.
 std::vector<std::array<uint32_t, 3>> list_triangles(const std::vector<uint32_t>& v, int mode) {
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -210,10 +257,12 @@ void drop_unused_vertices(TriangleMesh& mesh) {
     if (renumbered[v] == kUnused) continue;
     mesh.positions[used] = mesh.positions[v];
     if (!mesh.normals.empty()) mesh.normals[used] = mesh.normals[v];
+    if (!mesh.colors.empty()) mesh.colors[used] = mesh.colors[v];
     renumbered[v] = used++;
   }
   mesh.positions.resize(used);
   if (!mesh.normals.empty()) mesh.normals.resize(used);
+  if (!mesh.colors.empty()) mesh.colors.resize(used);
   for (auto& t : mesh.triangles)
     for (uint32_t& v : t) v = renumbered[v];
 }
@@ -223,6 +272,7 @@ TriangleMesh pick_points(const TriangleMesh& all, const std::vector<uint32_t>& i
   for (uint32_t i : indices) {
     points.positions.push_back(all.positions[i]);
     if (!all.normals.empty()) points.normals.push_back(all.normals[i]);
+    if (!all.colors.empty()) points.colors.push_back(all.colors[i]);
   }
   return points;
 }
@@ -242,6 +292,12 @@ TriangleMesh read_plain(const Document& document, const tinygltf::Model& model,
     mesh.normals = read_float3(document, model, normal->second);
     if (mesh.normals.size() != mesh.positions.size())
       throw InputError("has more or fewer normals than positions");
+  }
+  auto color = primitive.attributes.find("COLOR_0");
+  if (color != primitive.attributes.end()) {
+    mesh.colors = read_colors(document, model, color->second);
+    if (mesh.colors.size() != mesh.positions.size())
+      throw InputError("has more or fewer colours than positions");
   }
   std::vector<uint32_t> indices;
   if (primitive.indices >= 0) {
@@ -287,21 +343,7 @@ Float3s read_float3(const Document& document, const tinygltf::Model& model, int 
                  type == TINYGLTF_COMPONENT_TYPE_SHORT || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
   if (a.type != TINYGLTF_TYPE_VEC3 || !(integer || type == TINYGLTF_COMPONENT_TYPE_FLOAT))
     throw InputError(accessor_name(index) + " holds no positions or normals: wrong type");
-  check_count(a, index);
-  size_t component = size_t(tinygltf::GetComponentSizeInBytes(uint32_t(type)));
-  Float3s values;
-  auto store = [&](size_t i, const uint8_t* p) {
-    for (size_t k = 0; k < 3; k++) values[i][k] = load_component(p + k * component, type, a.normalized);
-  };
-  if (a.bufferView >= 0) {
-    Elements e = view_elements(document, model, a.bufferView, a.byteOffset, 3 * component, a.count,
-                               accessor_name(index));
-    values.resize(a.count);
-    for (size_t i = 0; i < a.count; i++) store(i, e.data + i * e.stride);
-  }
-  values.resize(a.count);
-  read_sparse(document, model, index, 3 * component, store);
-  return values;
+  return read_vectors<3>(document, model, index);
 }
 
 TriangleMesh read_primitive(const Document& document, const tinygltf::Model& model, size_t mesh,

@@ -38,10 +38,8 @@ std::vector<PrimitiveReport> compress_gltf(const std::string& in, const std::str
 // Writes a scene of one node, one mesh, one primitive for a stream; points: it draws them, not triangles.
 void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& stream, bool points = false);
 
-// Writes a plain scene of one primitive: triangles, or points if there are none. colors: red, green, blue,
-// alpha a vertex, or empty.
-void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
-                     const std::vector<std::array<uint8_t, 4>>& colors = {});
+// Writes a plain scene of one primitive: triangles, or points if there are none.
+void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh);
 
 // Reads `in`, replaces every compressed primitive by a plain one of triangles, or of points if so asked, and
 // writes `out` (.glb or .gltf). Returns how many.

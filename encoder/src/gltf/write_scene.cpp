@@ -10,12 +10,14 @@ void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& strea
   document.directory = std::filesystem::path(out).parent_path();
   add_name(document.json, "extensionsUsed", kExtension);
   add_name(document.json, "extensionsRequired", kExtension);
-  size_t position = append(document.json, "accessors", position_accessor(mesh));
+  size_t color = 0, position = append(document.json, "accessors", position_accessor(mesh));
   size_t normal = append(document.json, "accessors", normal_accessor(mesh));
+  if (!mesh.colors.empty()) color = append(document.json, "accessors", color_accessor(mesh));
   size_t indices = points ? 0 : append(document.json, "accessors", index_accessor(mesh));
   size_t view = append_view(document, stream);
   Json& primitive = document.json["meshes"][0]["primitives"][0];
   primitive["attributes"] = {{"POSITION", position}, {"NORMAL", normal}};
+  if (!mesh.colors.empty()) primitive["attributes"]["COLOR_0"] = color;
   if (points)
     primitive["mode"] = 0u;
   else
@@ -24,8 +26,7 @@ void write_stream_gltf(const std::string& out, const std::vector<uint8_t>& strea
   save_document(std::move(document), out);
 }
 
-void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
-                     const std::vector<std::array<uint8_t, 4>>& colors) {
+void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh) {
   Document document = one_primitive_document();
   document.directory = std::filesystem::path(out).parent_path();
   Json& root = document.json;
@@ -37,14 +38,8 @@ void write_mesh_gltf(const std::string& out, const TriangleMesh& mesh,
   attributes["POSITION"] = add(position_accessor(mesh), position_bytes(mesh), kArrayBuffer);
   if (!mesh.normals.empty())
     attributes["NORMAL"] = add(normal_accessor(mesh), normal_bytes(mesh), kArrayBuffer);
-  if (!colors.empty()) {
-    Bytes bytes;
-    for (const auto& c : colors) bytes.insert(bytes.end(), c.begin(), c.end());
-    constexpr unsigned kUnsignedByte = 5121;
-    Json accessor = {
-        {"componentType", kUnsignedByte}, {"normalized", true}, {"count", colors.size()}, {"type", "VEC4"}};
-    attributes["COLOR_0"] = add(std::move(accessor), bytes, kArrayBuffer);
-  }
+  if (!mesh.colors.empty())
+    attributes["COLOR_0"] = add(color_accessor(mesh), color_bytes(mesh), kArrayBuffer);
   Json& primitive = root["meshes"][0]["primitives"][0];
   primitive["attributes"] = std::move(attributes);
   if (mesh.triangles.empty())

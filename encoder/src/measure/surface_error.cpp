@@ -152,17 +152,23 @@ float angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return float(std::atan2(a.cross(b).norm(), a.dot(b)) * (180 / 3.14159265358979323846));
 }
 
-std::vector<double> squared_distances(const std::vector<Eigen::Vector3d>& points, const SearchMesh& to) {
-  std::vector<double> squares(points.size());
+// found: called with the number and the result of each point's search, from many threads.
+template <class Found>
+void search_all(const std::vector<Eigen::Vector3d>& points, const SearchMesh& to, Found found) {
   const size_t blocks = (points.size() + kBlock - 1) / kBlock;
   tbb::parallel_for(size_t(0), blocks, [&](size_t b) {
     uint32_t guess = std::numeric_limits<uint32_t>::max();
     for (size_t i = b * kBlock; i < std::min(points.size(), (b + 1) * kBlock); i++) {
-      const Query found = to.closest(points[i], guess);  // points follow each other over the surface
-      guess = found.triangle;
-      squares[i] = found.best;
+      const Query query = to.closest(points[i], guess);  // points follow each other over the surface
+      guess = query.triangle;
+      found(i, query);
     }
   });
+}
+
+std::vector<double> squared_distances(const std::vector<Eigen::Vector3d>& points, const SearchMesh& to) {
+  std::vector<double> squares(points.size());
+  search_all(points, to, [&](size_t i, const Query& query) { squares[i] = query.best; });
   return squares;
 }
 
@@ -350,6 +356,14 @@ std::vector<float> ErrorMeter::distance_of_positions(const TriangleMesh& other) 
   for (double d : squared_distances(to_unit(other, impl_->frame), *impl_->original))
     distances.push_back(float(std::sqrt(d) * impl_->frame.diagonal));
   return distances;
+}
+
+std::vector<uint32_t> ErrorMeter::closest_triangles(
+    const std::vector<std::array<float, 3>>& positions) const {
+  std::vector<uint32_t> triangles(positions.size());
+  search_all(to_unit({positions, {}, {}, {}}, impl_->frame), *impl_->original,
+             [&](size_t i, const Query& query) { triangles[i] = query.triangle; });
+  return triangles;
 }
 
 }  // namespace relief

@@ -28,6 +28,8 @@ class ErrorMeter {
   double relative_rms(const TriangleMesh& other);
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
+  // the triangle of the original that is closest to each position
+  std::vector<uint32_t> closest_triangles(const std::vector<std::array<float, 3>>& positions) const;
 
  private:
   struct Impl;

@@ -11,7 +11,7 @@ namespace relief {
 namespace {
 
 constexpr relief_limits kNoLimits = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT64_MAX};
-constexpr relief_options kAnything = {&kNoLimits, nullptr, 0, 0, 0, 0};
+constexpr relief_options kAnything = {&kNoLimits, nullptr, 0, 0, 0, 0, 0};
 
 void check(relief_status status) {
   if (status != RELIEF_OK)
@@ -80,7 +80,8 @@ DecodedMesh PatchDecoder::close(const uint8_t* seams, const uint8_t* end, Decode
 
 DecodedMesh decode_with_seams(const std::vector<uint8_t>& stream) {
   PatchDecoder decoder(stream);
-  return decoder.close(seams_of(decoder.parsed(), stream.data()), stream.data() + stream.size());
+  return decoder.close(seams_of(decoder.parsed(), stream.data()),
+                       stream.data() + decoder.parsed().colours_begin);
 }
 
 std::vector<Pixel> pixels_of(const std::vector<CodedPatch>& patches) {

@@ -34,6 +34,7 @@ class PatchDecoder {
   DecodedMesh close(const Seams& seams, DecodedMesh spare = {});
   DecodedMesh close(const uint8_t* seams, const uint8_t* end, DecodedMesh spare = {});  // as in a stream
   const Parsed& parsed() const { return open_.parsed; }
+  const OpenPatches& open() const { return open_; }
 
  private:
   struct alignas(16) Block {

@@ -23,6 +23,7 @@ TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& optio
   TriangleMesh mesh;
   mesh.positions.resize(info.vertex_capacity);
   mesh.normals.resize(info.vertex_capacity);
+  if (info.has_colors) mesh.colors.resize(info.vertex_capacity);
   mesh.triangles.resize(info.triangle_capacity);
   constexpr size_t kAlignment = 16;
   size_t workspace_size = (size_t(info.workspace_bytes) + kAlignment - 1) / kAlignment * kAlignment;
@@ -33,6 +34,7 @@ TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& optio
   relief_mesh out{};
   out.positions = mesh.positions.data();
   out.normals = mesh.normals.data();
+  out.colors = mesh.colors.data();
   out.indices = mesh.triangles.data();
   out.vertex_capacity = info.vertex_capacity;
   out.triangle_capacity = info.triangle_capacity;
@@ -40,6 +42,7 @@ TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& optio
   if (out.vertex_count == 0) throw InputError("nothing is left of the surface at this level");
   mesh.positions.resize(out.vertex_count);
   mesh.normals.resize(out.vertex_count);
+  if (info.has_colors) mesh.colors.resize(out.vertex_count);
   mesh.triangles.resize(out.triangle_count);
   return mesh;
 }

@@ -26,10 +26,11 @@ void append_bytes(std::string& out, const void* data, size_t size) {
 }
 
 std::string ply_bytes(const TriangleMesh& mesh) {
-  bool normals = !mesh.normals.empty();
+  const bool normals = !mesh.normals.empty(), colors = !mesh.colors.empty();
   std::string out = "ply\nformat binary_little_endian 1.0\ncomment Relief\nelement vertex ";
   append_number(out, mesh.positions.size());
   out += "\nproperty float x\nproperty float y\nproperty float z\n";
+  if (colors) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
   if (!mesh.triangles.empty()) {
     out += "element face ";
@@ -40,6 +41,7 @@ std::string ply_bytes(const TriangleMesh& mesh) {
   out.reserve(out.size() + mesh.positions.size() * (normals ? 24 : 12) + mesh.triangles.size() * 13);
   for (size_t i = 0; i < mesh.positions.size(); i++) {
     append_bytes(out, mesh.positions[i].data(), 12);
+    if (colors) append_bytes(out, mesh.colors[i].data(), 3);
     if (normals) append_bytes(out, mesh.normals[i].data(), 12);
   }
   for (const auto& t : mesh.triangles) {
@@ -81,6 +83,8 @@ std::string xyz_bytes(const TriangleMesh& cloud) {
     };
     vector(cloud.positions[i]);
     if (!cloud.normals.empty()) vector(cloud.normals[i]);
+    for (size_t k = 0; k < 3 && !cloud.colors.empty(); k++)
+      out += ' ', append_number(out, unsigned(cloud.colors[i][k]));
     out += '\n';
   }
   return out;
