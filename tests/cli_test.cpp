@@ -210,9 +210,9 @@ TEST_F(CommandLine, TheHeatmapOfEqualSurfacesIsBlue) {
   const TestJson& attributes = glb.json["meshes"][0]["primitives"][0]["attributes"];
   TestBytes colors =
       glb.view(glb.json["accessors"][attributes["COLOR_0"].get<size_t>()]["bufferView"].get<size_t>());
-  for (size_t i = 0; i < colors.size(); i += 4)
-    ASSERT_EQ(TestBytes(colors.begin() + ptrdiff_t(i), colors.begin() + ptrdiff_t(i) + 4),
-              (TestBytes{0, 0, 255, 255}));
+  for (size_t i = 0; i < colors.size(); i += 8)
+    ASSERT_EQ(TestBytes(colors.begin() + ptrdiff_t(i), colors.begin() + ptrdiff_t(i) + 8),
+              (TestBytes{0, 0, 0, 0, 255, 255, 255, 255}));
 }
 
 TEST_F(CommandLine, MeetsABudgetOfBytes) {

@@ -50,13 +50,14 @@ struct Decoded {
   bool points = false;
   std::vector<float> positions, normals;
   std::vector<uint32_t> indices;
+  std::vector<uint8_t> colors;  // 4 a vertex, or none
   size_t vertices() const { return positions.size() / 3; }
   size_t triangles() const { return indices.size() / 3; }
 };
 
 inline relief_options options_of(const relief_limits* limits, uint32_t flags = 0, uint32_t level = 0,
                                  const uint8_t* patches = nullptr) {
-  return {limits, patches, level, flags, 0, 0};
+  return {limits, patches, level, flags, 0, 0, 0};
 }
 
 // Vectors of three numbers, `stride` bytes apart, as floats.
@@ -86,11 +87,14 @@ Decoded decode_exactly_by(const void* data, size_t size, const relief_options* o
   d.points = o.flags & RELIEF_POINTS;
   const size_t position_stride = o.position_stride ? o.position_stride : quantised ? 8 : 12;
   const size_t normal_stride = o.normal_stride ? o.normal_stride : quantised ? 4 : 12;
+  const size_t color_stride = o.color_stride ? o.color_stride : 4;
   const size_t vertices = d.info.vertex_capacity, triangles = d.info.triangle_capacity;
   const HeapBlock workspace(d.info.workspace_bytes), positions(position_stride * vertices),
-      normals(normal_stride * vertices), indices((narrow ? 6 : 12) * triangles);
+      normals(normal_stride * vertices), colors(color_stride * vertices),
+      indices((narrow ? 6 : 12) * triangles);
   relief_mesh& mesh = d.mesh;
   mesh.positions = positions.data(), mesh.normals = normals.data();
+  mesh.colors = colors.data();
   mesh.indices = d.points ? nullptr : indices.data();
   mesh.vertex_capacity = d.info.vertex_capacity, mesh.triangle_capacity = d.info.triangle_capacity;
   d.status = decode(bytes, size, options, &mesh, workspace.data(), workspace.size());
@@ -104,7 +108,9 @@ Decoded decode_exactly_by(const void* data, size_t size, const relief_options* o
     d.positions[i] = float(mesh.offset[i % 3] + double(mesh.scale) * d.positions[i] / 32767);
   for (size_t i = 0; i < 3 * size_t(mesh.triangle_count); i++)
     d.indices.push_back(narrow ? indices.as<uint16_t>()[i] : indices.as<uint32_t>()[i]);
-  mesh.positions = mesh.normals = mesh.indices = nullptr;
+  for (size_t i = 0; i < 4 * n && d.info.has_colors; i++)
+    d.colors.push_back(colors.data()[i / 4 * color_stride + i % 4]);
+  mesh.positions = mesh.normals = mesh.colors = mesh.indices = nullptr;
   return d;
 }
 
@@ -149,7 +155,7 @@ inline bool same(const Decoded& a, const Decoded& b) {
     return x.size() == y.size() && (x.empty() || !std::memcmp(x.data(), y.data(), x.size() * sizeof(float)));
   };
   return a.status == b.status && bytes_equal(a.positions, b.positions) && bytes_equal(a.normals, b.normals) &&
-         a.indices == b.indices;
+         a.indices == b.indices && a.colors == b.colors;
 }
 
 // Options chosen by a number, in one case of four none.
@@ -165,6 +171,7 @@ inline Decoded decode_randomly(const void* data, size_t size, const relief_limit
   if (choose(2)) o.flags |= RELIEF_INDICES_16;
   if (choose(3) == 0) o.position_stride = 12 + 4 * choose(4);
   if (choose(3) == 0) o.normal_stride = 12 + 4 * choose(4);
+  if (choose(3) == 0) o.color_stride = 4 + 4 * choose(4);
   std::vector<uint8_t> patches(info.patch_count);
   for (uint8_t& wanted : patches) wanted = uint8_t(choose(3));
   if (choose(2)) o.patches = patches.data();
@@ -253,6 +260,9 @@ inline std::string fault_of(const Decoded& d, bool closed = false) {
         d.mesh.scale > 0 ? double(d.mesh.scale) / 32767 + 1e-6 * std::fabs(d.positions[i]) : 0;
     if (d.positions[i] < least - slack || d.positions[i] > most + slack) return "a position is out of bounds";
   }
+  if (d.info.has_colors && d.colors.size() != 4 * d.vertices()) return "a vertex has no colour";
+  for (size_t i = 3; i < d.colors.size(); i += 4)
+    if (d.colors[i] != 255) return "a colour is not opaque";
   if (d.points) return d.triangles() ? "points have triangles" : "";
   for (uint32_t i : d.indices)
     if (i >= d.vertices()) return "an index is out of range";
@@ -267,7 +277,8 @@ inline std::string fault_of(const Decoded& d, bool closed = false) {
   return "";
 }
 
-// SHA-256 of positions, normals and indices as little-endian bytes, one array after the other.
+// SHA-256 of positions, normals, indices and, if there are any, colours as little-endian bytes, one array
+// after the other.
 inline std::string hash_of(const Decoded& d) {
   std::vector<uint8_t> bytes;
   auto put = [&](uint32_t v) {
@@ -283,6 +294,7 @@ inline std::string hash_of(const Decoded& d) {
   put_floats(d.positions);
   put_floats(d.normals);
   for (uint32_t i : d.indices) put(i);
+  bytes.insert(bytes.end(), d.colors.begin(), d.colors.end());
   return sha256(std::move(bytes));
 }
 

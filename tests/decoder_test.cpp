@@ -183,8 +183,10 @@ struct Call {
   // change: alters mesh and workspace just before the call
   relief_status run(const std::function<void(Call&)>& change = {}) {
     const HeapBlock positions(12 * size_t(mesh.vertex_capacity)), normals(12 * size_t(mesh.vertex_capacity)),
-        indices(12 * size_t(mesh.triangle_capacity)), memory(workspace_size);
-    mesh.positions = positions.data(), mesh.normals = normals.data(), mesh.indices = indices.data();
+        colors(4 * size_t(mesh.vertex_capacity)), indices(12 * size_t(mesh.triangle_capacity)),
+        memory(workspace_size);
+    mesh.positions = positions.data(), mesh.normals = normals.data();
+    mesh.colors = colors.data(), mesh.indices = indices.data();
     workspace = memory.data();
     if (change) change(*this);
     return relief_decode(data, size, &options, mesh_pointer, workspace, workspace_size);
@@ -209,7 +211,7 @@ TEST(Decode, ErrorsOfArguments) {
   EXPECT_EQ(status([](Call& c) { c.mesh.positions = nullptr; }), RELIEF_ERROR_ARGUMENT);
   EXPECT_EQ(status([](Call& c) { c.mesh.indices = nullptr; }), RELIEF_ERROR_ARGUMENT);
   EXPECT_EQ(status([](Call& c) { c.workspace = nullptr; }), RELIEF_ERROR_ARGUMENT);
-  EXPECT_EQ(status([](Call& c) { c.mesh.normals = nullptr; }), RELIEF_OK);
+  EXPECT_EQ(status([](Call& c) { c.mesh.normals = c.mesh.colors = nullptr; }), RELIEF_OK);
   for (int shift = 1; shift < 16; shift++)
     EXPECT_EQ(status([=](Call& c) { c.workspace += shift, c.workspace_size -= size_t(shift); }),
               RELIEF_ERROR_ARGUMENT);
@@ -263,6 +265,7 @@ TEST(Decode, DoesNotDependOnWhatTheMemoryHeldBefore) {
         std::memset(call.workspace, fill, call.workspace_size);
         std::memset(call.mesh.positions, fill, 12 * size_t(call.mesh.vertex_capacity));
         std::memset(call.mesh.normals, fill, 12 * size_t(call.mesh.vertex_capacity));
+        std::memset(call.mesh.colors, fill, 4 * size_t(call.mesh.vertex_capacity));
         std::memset(call.mesh.indices, fill, 12 * size_t(call.mesh.triangle_capacity));
         d.status =
             relief_decode(call.data, call.size, nullptr, &call.mesh, call.workspace, call.workspace_size);
@@ -273,6 +276,8 @@ TEST(Decode, DoesNotDependOnWhatTheMemoryHeldBefore) {
         copy(d.positions, call.mesh.positions, call.mesh.vertex_count);
         copy(d.normals, call.mesh.normals, call.mesh.vertex_count);
         copy(d.indices, call.mesh.indices, call.mesh.triangle_count);
+        const auto* colors = static_cast<const uint8_t*>(call.mesh.colors);
+        if (call.info.has_colors) d.colors.assign(colors, colors + 4 * size_t(call.mesh.vertex_count));
       });
       ASSERT_EQ(status, RELIEF_OK);
       EXPECT_EQ(hash_of(d), g.hash) << g.name << " in memory of " << fill;
@@ -365,17 +370,19 @@ TEST(Options, ThoseOutOfRangeAreErrors) {
     EXPECT_EQ(c.run(), status);
   };
   expect(RELIEF_OK, {});
-  expect(RELIEF_OK, {nullptr, nullptr, RELIEF_MAX_LEVEL, 0, 0, 0});
-  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, RELIEF_MAX_LEVEL + 1, 0, 0, 0});
-  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, 16, 0, 0});
-  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, RELIEF_SMOOTH | RELIEF_POINTS, 0, 0});
+  expect(RELIEF_OK, {nullptr, nullptr, RELIEF_MAX_LEVEL, 0, 0, 0, 0});
+  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, RELIEF_MAX_LEVEL + 1, 0, 0, 0, 0});
+  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, 16, 0, 0, 0});
+  expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, RELIEF_SMOOTH | RELIEF_POINTS, 0, 0, 0});
   for (uint32_t flags : {0, int(RELIEF_QUANTISED)}) {
     const uint32_t position = flags ? 8 : 12, normal = flags ? 4 : 12;
-    expect(RELIEF_OK, {nullptr, nullptr, 0, flags, position, normal});
-    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, position - 4, 0});
-    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, position + 2, 0});
-    if (normal > 4) expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, normal - 4});
-    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, normal + 1});
+    expect(RELIEF_OK, {nullptr, nullptr, 0, flags, position, normal, 0});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, position - 4, 0, 0});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, position + 2, 0, 0});
+    if (normal > 4) expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, normal - 4, 0});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, normal + 1, 0});
+    expect(RELIEF_OK, {nullptr, nullptr, 0, flags, 0, 0, 8});
+    expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, 0, 6});
   }
   Call c(s);
   EXPECT_EQ(c.run([](Call& call) { call.options.flags = RELIEF_POINTS, call.mesh.indices = nullptr; }),
@@ -404,7 +411,8 @@ TEST(Level, CoarserMeshesAreManifoldsNearTheWhole) {
       const Decoded d = decode_by(g, options_of(nullptr, 0, level));
       ASSERT_EQ(d.status, RELIEF_OK);
       EXPECT_EQ(fault_of(d, g.closed), "") << g.name << ", level " << level;
-      // a quarter with every level but for the borders; thin shapes may vanish, and at one level more be there
+      // a quarter with every level but for the borders; thin shapes may vanish, and at one level more be
+      // there
       EXPECT_LT(d.vertices() << level, whole.vertices()) << g.name << ", level " << level;
       if (level > 2) continue;
       ASSERT_GT(d.vertices(), 0u) << g.name;
@@ -485,13 +493,74 @@ TEST(Patches, SelectedOnesHaveTheSameVertices) {
   }
 }
 
+// Whatever is decoded of a stream, its vertices keep their colours.
+TEST(Colours, AreThoseOfTheWhole) {
+  for (const char* name : {"coloured-torus", "coloured-bisk"}) {
+    const Golden& g = golden(name);
+    const Decoded whole = decode_bytes(g.stream), points = decode_by(g, options_of(nullptr, RELIEF_POINTS));
+    ASSERT_EQ(whole.colors.size(), 4 * whole.vertices()) << name;
+    EXPECT_TRUE(std::equal(points.colors.begin(), points.colors.end(), whole.colors.begin())) << name;
+    const std::vector<uint32_t> begins = patch_begins(g);
+    for (uint32_t i = 0; i < whole.info.patch_count; i++) {
+      std::vector<uint8_t> wanted(whole.info.patch_count, 0);
+      wanted[i] = 1;
+      const Decoded one = decode_by(g, options_of(nullptr, 0, 0, wanted.data()));
+      EXPECT_TRUE(
+          std::equal(&whole.colors[4 * begins[i]], &whole.colors[0] + 4 * begins[i + 1], one.colors.begin()))
+          << name << ", patch " << i;
+    }
+    for (uint32_t level = 1; level <= RELIEF_MAX_LEVEL; level++) {
+      const Decoded coarse = decode_by(g, options_of(nullptr, 0, level));
+      EXPECT_EQ(coarse.colors.size(), 4 * coarse.vertices()) << name << ", level " << level;
+      EXPECT_EQ(fault_of(coarse), "") << name;
+    }
+    Call without(g.stream);
+    EXPECT_EQ(without.run([](Call& c) { c.mesh.colors = nullptr; }), RELIEF_OK);
+  }
+}
+
+// Vertices that gap closing adds take the colour of a neighbour.
+TEST(Colours, OfAddedVerticesAreNotGrey) {
+  const std::vector<uint8_t>& s = golden("coloured-torus").stream;
+  const Decoded whole = decode_bytes(s);
+  for (size_t i = 0; i < whole.colors.size(); i += 4)
+    EXPECT_FALSE(whole.colors[i] == 128 && whole.colors[i + 1] == 128 && whole.colors[i + 2] == 128) << i;
+}
+
+// They come last: a prefix has the surface first, then luma, then the rest.
+TEST(Colours, GetBetterWithEachPart) {
+  for (const char* name : {"coloured-torus", "coloured-bisk"}) {
+    const std::vector<uint8_t>& s = golden(name).stream;
+    Parsed parsed;
+    ASSERT_EQ(parse_header(s.data(), s.size(), relief_default_limits, parsed), RELIEF_OK);
+    const Decoded whole = decode_bytes(s);
+    double last = INFINITY;
+    size_t size = parsed.colours_begin;
+    for (int part = 0; part <= kChannels; part++) {
+      const Decoded d = decode_bytes({s.begin(), s.begin() + ptrdiff_t(size)});
+      EXPECT_EQ(d.positions, whole.positions) << name << ", part " << part;
+      double sum = 0;
+      for (size_t i = 0; i < whole.colors.size(); i++)
+        sum += std::pow(double(d.colors[i]) - double(whole.colors[i]), 2);
+      EXPECT_LT(sum, last) << name << ", part " << part;
+      if (part == 0) {
+        for (size_t i = 0; i < d.colors.size(); i++) ASSERT_EQ(d.colors[i], i % 4 == 3 ? 255 : 128);
+      }
+      last = sum;
+      if (part < kChannels) size += parsed.header.colour_bytes[part];
+    }
+    EXPECT_EQ(size, s.size());
+    EXPECT_EQ(last, 0);
+  }
+}
+
 TEST(Forms, QuantisedNarrowAndStridedHoldTheSameMesh) {
   for (const Golden& g : golden()) {
     const Decoded whole = decode_bytes(g.stream);
     for (uint32_t level : {0u, 1u}) {
       const Decoded floats = decode_by(g, options_of(nullptr, 0, level));
       const uint32_t flags = RELIEF_QUANTISED | RELIEF_INDICES_16;
-      const Decoded small = decode_by(g, {nullptr, nullptr, level, flags, 0, 0});
+      const Decoded small = decode_by(g, {nullptr, nullptr, level, flags, 0, 0, 0});
       ASSERT_EQ(small.status, RELIEF_OK);
       EXPECT_EQ(small.indices, floats.indices);
       ASSERT_EQ(small.positions.size(), floats.positions.size());
@@ -507,7 +576,7 @@ TEST(Forms, QuantisedNarrowAndStridedHoldTheSameMesh) {
         ASSERT_NEAR(small.positions[i], floats.positions[i], step / 2 + std::fabs(rounding)) << g.name;
       for (size_t i = 0; i < floats.normals.size(); i++)
         ASSERT_NEAR(small.normals[i], 127 * floats.normals[i], 0.501) << g.name;
-      const Decoded strided = decode_by(g, {nullptr, nullptr, level, 0, 28, 16});
+      const Decoded strided = decode_by(g, {nullptr, nullptr, level, 0, 28, 16, 12});
       EXPECT_EQ(hash_of(strided), hash_of(floats)) << g.name;
     }
   }
@@ -749,7 +818,7 @@ TEST(Hostile, ExtremeValuesInEveryField) {
       {0xff, 0xff, 0xff, 0xff},
       {0, 0, 0x80, 0x3f},  // 1
   };
-  for (const char* name : {"torus", "one-patch"}) {
+  for (const char* name : {"torus", "one-patch", "coloured-bisk"}) {
     const std::vector<uint8_t>& s = golden(name).stream;
     for (size_t at = 0; at < 64; at++)
       for (size_t v = 0; v < values.size(); v++)
@@ -800,6 +869,7 @@ void mutate(const char* name, int rounds) {
 TEST(Hostile, RandomChangesOfOnePatch) { mutate("one-patch", 60000); }
 TEST(Hostile, RandomChangesOfATorus) { mutate("torus", 20000); }
 TEST(Hostile, RandomChangesOfAHemisphere) { mutate("hemisphere", 15000); }
+TEST(Hostile, RandomChangesOfColours) { mutate("coloured-torus", 5000); }
 TEST(Hostile, RandomChangesOfTwoSpheres) { mutate("nested-spheres", 5000); }
 
 uint32_t seam_bytes(const std::vector<uint8_t>& stream) {
@@ -915,12 +985,14 @@ std::vector<uint8_t> decode_bytes_with(const Leaves& leaves, const std::vector<u
   EXPECT_EQ(relief_inspect(stream.data(), stream.size(), nullptr, &info), RELIEF_OK);
   std::vector<float> positions(3 * size_t(info.vertex_capacity)), normals(positions.size());
   std::vector<uint32_t> indices(3 * size_t(info.triangle_capacity));
+  std::vector<uint8_t> colors(info.has_colors ? 4 * size_t(info.vertex_capacity) : 0);
   struct alignas(16) Block {
     uint8_t bytes[16];
   };
   std::vector<Block> workspace((info.workspace_bytes + 15) / 16);
   relief_mesh mesh = {};
   mesh.positions = positions.data(), mesh.normals = normals.data(), mesh.indices = indices.data();
+  mesh.colors = colors.data();
   mesh.vertex_capacity = info.vertex_capacity, mesh.triangle_capacity = info.triangle_capacity;
   EXPECT_EQ(decode_with(leaves, stream.data(), stream.size(), nullptr, &mesh, workspace.data(),
                         info.workspace_bytes),
@@ -932,6 +1004,7 @@ std::vector<uint8_t> decode_bytes_with(const Leaves& leaves, const std::vector<u
   add(positions.data(), 12 * size_t(mesh.vertex_count));
   add(normals.data(), 12 * size_t(mesh.vertex_count));
   add(indices.data(), 12 * size_t(mesh.triangle_count));
+  add(colors.data(), info.has_colors ? 4 * size_t(mesh.vertex_count) : 0);
   return bytes;
 }
 

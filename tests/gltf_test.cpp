@@ -178,10 +178,12 @@ TEST(StreamScene, DecompressesToTheSameMesh) {
 TEST(MeshScene, RoundTripsWithColours) {
   TemporaryFolder folder;
   TriangleMesh torus = make_torus(12, 8);
-  std::vector<std::array<uint8_t, 4>> colors(torus.positions.size(), {1, 2, 3, 255});
-  write_mesh_gltf(folder / "m.glb", torus, colors);
+  for (size_t i = 0; i < torus.positions.size(); i++)
+    torus.colors.push_back({uint8_t(3 * i), uint8_t(255 - i), uint8_t(i / 2), 255});
+  write_mesh_gltf(folder / "m.glb", torus);
   keep(folder / "m.glb");
   expect_equal(read_gltf_mesh(folder / "m.glb"), torus);
+  EXPECT_EQ(read_gltf_mesh(folder / "m.glb").colors, torus.colors);
   TestJson json = read_glb(folder / "m.glb").json;
   EXPECT_TRUE(json["meshes"][0]["primitives"][0]["attributes"].contains("COLOR_0"));
 }

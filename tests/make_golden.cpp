@@ -18,6 +18,14 @@ struct Shape {
   Allocation allocation = Allocation::kRateDistortion;
 };
 
+// Stripes and a slope.
+TriangleMesh painted(TriangleMesh mesh) {
+  for (const auto& p : mesh.positions)
+    mesh.colors.push_back({uint8_t(128 + 100 * std::sin(9 * p[0])), uint8_t(128 + 60 * p[1]),
+                           uint8_t(p[2] > 0 ? 200 : 40), 255});
+  return mesh;
+}
+
 std::vector<Shape> golden_shapes() {
   const TriangleMesh wavy_plate = mapped(make_plate(32, 0.1), [](shapes::Point p) {
     return shapes::Point{p[0], p[1], p[2] + 0.2 * std::sin(3 * p[0] + 1) * std::cos(2 * p[1])};
@@ -30,7 +38,9 @@ std::vector<Shape> golden_shapes() {
           {"one-patch", make_waves(24), false, 1, 5e-4},
           {"bisk-torus", make_torus(48, 20), true, 1, 2e-3, Coder::kBisk},
           {"bisk-open", make_hemisphere(16, 48), false, 1, 3e-3, Coder::kBisk},
-          {"bisk-even", make_bumpy_sphere(4), true, 1, 2e-3, Coder::kBisk, Allocation::kEven}};
+          {"bisk-even", make_bumpy_sphere(4), true, 1, 2e-3, Coder::kBisk, Allocation::kEven},
+          {"coloured-torus", painted(make_torus(48, 20)), true, 1, 2e-3},
+          {"coloured-bisk", painted(make_hemisphere(16, 48)), false, 1, 3e-3, Coder::kBisk}};
 }
 
 }  // namespace
@@ -49,6 +59,7 @@ int main(int argc, char** argv) {
   for (const Shape& shape : golden_shapes()) {
     EncodeOptions options;
     options.error = shape.error;
+    options.color_error = 8;
     options.coder = shape.coder;
     options.allocation = shape.allocation;
     const std::vector<uint8_t> stream = encode(shape.mesh, options).stream;

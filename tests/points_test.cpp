@@ -315,14 +315,95 @@ TEST(Points, RefusesWhatIsNoSurface) {
   EXPECT_FALSE(refusal(line).empty());
 }
 
-TEST(Points, SaysThatColoursAreLeftOut) {
-  TriangleMesh cloud = cloud_of_sphere(3000, 0);
-  cloud.colors.assign(cloud.positions.size(), {255, 0, 0, 255});
+// Of a place on the unit sphere.
+std::array<double, 3> paint(const std::array<float, 3>& p) {
+  return {128 + 100 * std::sin(4 * p[0]), 128 + 60 * p[1], 90 + 80 * p[2] * p[0]};
+}
+
+TriangleMesh painted_sphere(size_t points) {
+  TriangleMesh cloud = cloud_of_sphere(points, 0);
+  for (const auto& p : cloud.positions) {
+    const auto c = paint(p);
+    cloud.colors.push_back({uint8_t(c[0]), uint8_t(c[1]), uint8_t(c[2]), 255});
+  }
+  return cloud;
+}
+
+// rms, of what the vertices of a stream have against what they should
+double error_of_paint(const TriangleMesh& decoded) {
+  double sum = 0;
+  for (size_t v = 0; v < decoded.positions.size(); v++)
+    for (size_t k = 0; k < 3; k++) {
+      const double d = double(decoded.colors[v][k]) - paint(decoded.positions[v])[k];
+      sum += d * d / 3;
+    }
+  return std::sqrt(sum / double(decoded.positions.size()));
+}
+
+TEST(Points, ColoursComeBack) {
+  EncodeOptions options;
+  options.error = 4 * kE;
+  size_t last = 0;
+  for (double error : {8.0, 4.0, 2.0}) {
+    options.color_error = error;
+    const EncodeResult result = encode(painted_sphere(12000), options);
+    EXPECT_TRUE(result.target_met);
+    EXPECT_LE(result.color_error, error);
+    EXPECT_GT(result.color_bytes, last) << error;
+    last = result.color_bytes;
+    for (bool points : {false, true}) {
+      DecodeOptions decoding;
+      decoding.points = points;
+      const TriangleMesh decoded = decode(result.stream.data(), result.stream.size(), decoding);
+      ASSERT_EQ(decoded.colors.size(), decoded.positions.size());
+      EXPECT_LT(error_of_paint(decoded), error + 1) << error;
+    }
+  }
+}
+
+TEST(Points, ColoursKeepWithinABudget) {
+  EncodeOptions options;
+  options.bytes = 4000;
+  const EncodeResult result = encode(painted_sphere(12000), options);
+  EXPECT_TRUE(result.target_met);
+  EXPECT_LE(result.stream.size(), options.bytes);
+  EXPECT_GE(double(result.stream.size()), 0.98 * double(options.bytes));
+  EXPECT_GT(result.color_bytes, 500u);
+}
+
+TEST(Points, ColoursCanBeLeftOut) {
   EncodeOptions options;
   options.error = 20 * kE;
-  const EncodeResult result = encode(cloud, options);
-  ASSERT_FALSE(result.warnings.empty());
-  EXPECT_NE(result.warnings[0].find("colours"), std::string::npos);
+  options.color_error = 0;
+  const EncodeResult result = encode(painted_sphere(3000), options);
+  EXPECT_EQ(result.color_bytes, 0u);
+  TriangleMesh bare = painted_sphere(3000);
+  bare.colors.clear();
+  EXPECT_EQ(result.stream, encode(bare, options).stream);
+  EXPECT_TRUE(decode(result.stream.data(), result.stream.size()).colors.empty());
+}
+
+// Of large triangles, the colours between the corners.
+TEST(Colours, AreInterpolatedOverTriangles) {
+  TriangleMesh cube = make_cube(2);
+  auto colour = [](const std::array<float, 3>& p) {
+    return std::array<double, 3>{128 + 90.0 * p[0], 128 + 90.0 * p[1], 128 + 90.0 * p[2]};
+  };
+  for (const auto& p : cube.positions) {
+    const auto c = colour(p);
+    cube.colors.push_back({uint8_t(c[0]), uint8_t(c[1]), uint8_t(c[2]), 255});
+  }
+  EncodeOptions options;
+  options.error = 5e-4;
+  options.color_error = 1;
+  const EncodeResult result = encode(cube, options);
+  const TriangleMesh decoded = decode(result.stream.data(), result.stream.size());
+  ASSERT_GT(decoded.positions.size(), 10 * cube.positions.size());
+  size_t off = 0;
+  for (size_t v = 0; v < decoded.positions.size(); v++)
+    for (size_t k = 0; k < 3; k++)
+      off += std::fabs(double(decoded.colors[v][k]) - colour(decoded.positions[v])[k]) > 8;
+  EXPECT_LT(double(off), 0.01 * 3 * double(decoded.positions.size()));
 }
 
 }  // namespace

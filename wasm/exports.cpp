@@ -12,17 +12,19 @@ static_assert(sizeof(void*) == 4, "for wasm32");
 static_assert(offsetof(relief_limits, max_memory) == 16);
 static_assert(sizeof(relief_limits) == 24);
 static_assert(offsetof(relief_options, level) == 8);
-static_assert(sizeof(relief_options) == 24);
+static_assert(sizeof(relief_options) == 28);
 static_assert(offsetof(relief_info, triangle_capacity) == 24);
 static_assert(offsetof(relief_info, workspace_bytes) == 32);
 static_assert(offsetof(relief_info, origin) == 40);
 static_assert(offsetof(relief_info, scale) == 52);
 static_assert(offsetof(relief_info, masks_end) == 56);
+static_assert(offsetof(relief_info, has_colors) == 60);
 static_assert(sizeof(relief_info) == 64);
-static_assert(offsetof(relief_mesh, vertex_capacity) == 12);
-static_assert(offsetof(relief_mesh, vertex_count) == 20);
-static_assert(offsetof(relief_mesh, min) == 28);
-static_assert(sizeof(relief_mesh) == 68);
+static_assert(offsetof(relief_mesh, colors) == 8);
+static_assert(offsetof(relief_mesh, vertex_capacity) == 16);
+static_assert(offsetof(relief_mesh, vertex_count) == 24);
+static_assert(offsetof(relief_mesh, min) == 32);
+static_assert(sizeof(relief_mesh) == 72);
 
 extern "C" {
 

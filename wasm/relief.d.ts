@@ -31,6 +31,8 @@ export interface ReliefInfo {
   scale: number;
   /** Length of the shortest prefix that decodes. */
   masksEnd: number;
+  /** Whether vertices have colours. */
+  hasColors: boolean;
 }
 
 export interface ReliefMesh {
@@ -38,6 +40,8 @@ export interface ReliefMesh {
   positions: Float32Array;
   /** 3 a vertex, unit length; null if not asked for. */
   normals: Float32Array | null;
+  /** 4 a vertex: red, green, blue as sRGB (glTF and three.js want them linear), 255; null if there are none or none asked for. */
+  colors: Uint8Array | null;
   /** 3 a triangle, counter-clockwise seen from outside; none of points. */
   indices: Uint32Array;
   vertexCount: number;
@@ -58,6 +62,8 @@ export interface ReliefOptions {
 export interface ReliefDecodeOptions extends ReliefOptions {
   /** Also compute normals; default true. */
   normals?: boolean;
+  /** Also decode colours, if there are any; default true. They come last in a stream: in a prefix they may be grey. */
+  colors?: boolean;
   /** For each patch (ReliefInfo.patchCount of them) whether to decode it; default all. */
   patches?: Uint8Array | readonly boolean[];
 }

@@ -5,7 +5,7 @@
 
 const STATUS = ['OK', 'ARGUMENT', 'TRUNCATED', 'MAGIC', 'VERSION', 'CORRUPT', 'LIMIT', 'WORKSPACE', 'OUTPUT'];
 // Sizes of the C structures, checked in exports.cpp, and a flag.
-const LIMITS_BYTES = 24, OPTIONS_BYTES = 24, INFO_BYTES = 64, MESH_BYTES = 68, POINTS = 2;
+const LIMITS_BYTES = 24, OPTIONS_BYTES = 28, INFO_BYTES = 64, MESH_BYTES = 72, POINTS = 2;
 const DEFAULT_LIMITS = { maxPatches: 2 ** 20, maxPixels: 2 ** 28, maxVertices: 2 ** 27, maxMemory: 0 };
 const KEEP_BYTES = 64 << 20;  // WebAssembly memory never shrinks: an instance that grew beyond this is let go
 const WORKER = 'relief-decoder';
@@ -118,7 +118,7 @@ function place(wasm, stream, { limits, level = 0, points = false, patches }) {
   new Uint8Array(memory).set(bytes, data);
   if (patches) new Uint8Array(memory, patchesAt, patches.length).set(Array.from(patches, wanted => (wanted ? 1 : 0)));
   new Uint32Array(memory, limitsAt, 6).set([maxPatches, maxPixels, maxVertices, 0, maxMemory % 2 ** 32, maxMemory / 2 ** 32]);
-  new Uint32Array(memory, options, 6).set([limitsAt, patchesAt, level, points ? POINTS : 0, 0, 0]);
+  new Uint32Array(memory, options, 7).set([limitsAt, patchesAt, level, points ? POINTS : 0, 0, 0, 0]);
   return { data, size: bytes.length, options };
 }
 
@@ -139,40 +139,42 @@ function inspect(wasm, input) {
   return {
     version: u32(0), patchCount: u32(4), pixelCount: u32(8), vertexCount: u32(12), triangleCount: u32(16),
     vertexCapacity: u32(20), triangleCapacity: u32(24), workspaceBytes: u32(32) + 2 ** 32 * u32(36),
-    origin: [f32(40), f32(44), f32(48)], scale: f32(52), masksEnd: u32(56),
+    origin: [f32(40), f32(44), f32(48)], scale: f32(52), masksEnd: u32(56), hasColors: u32(60) === 1,
   };
 }
 
 // Room for a mesh and the workspace.
-function layOut(wasm, input, { normals = true, patches }) {
+function layOut(wasm, input, { normals = true, colors = true, patches }) {
   const info = inspect(wasm, input);
   if (patches && patches.length !== info.patchCount) {
     throw new ReliefError('ARGUMENT', `there are ${info.patchCount} patches, and ${patches.length} are told of`);
   }
   const positions = allocate(wasm, info.vertexCapacity * 12);
   const normalsAt = normals ? allocate(wasm, info.vertexCapacity * 12) : 0;
+  const colorsAt = colors && info.hasColors ? allocate(wasm, info.vertexCapacity * 4) : 0;
   const indices = allocate(wasm, info.triangleCapacity * 12);
   const mesh = allocate(wasm, MESH_BYTES);
   const workspace = allocate(wasm, info.workspaceBytes);
-  new Uint32Array(wasm.memory.buffer, mesh, 5).set([positions, normalsAt, indices, info.vertexCapacity, info.triangleCapacity]);
-  return { info, positions, normals: normalsAt, indices, mesh, workspace };
+  new Uint32Array(wasm.memory.buffer, mesh, 6).set([positions, normalsAt, colorsAt, indices, info.vertexCapacity, info.triangleCapacity]);
+  return { info, positions, normals: normalsAt, colors: colorsAt, indices, mesh, workspace };
 }
 
 // Copies a mesh out of the module.
-function takeMesh(wasm, { info, positions, normals, indices, mesh }) {
+function takeMesh(wasm, { info, positions, normals, colors, indices, mesh }) {
   const memory = wasm.memory.buffer;
-  const [vertexCount, triangleCount] = new Uint32Array(memory, mesh + 20, 2);
+  const [vertexCount, triangleCount] = new Uint32Array(memory, mesh + 24, 2);
   if (vertexCount > info.vertexCapacity || triangleCount > info.triangleCapacity) {
     throw new ReliefError('INTERNAL', 'the decoder wrote more than it announced');
   }
   return {
     positions: new Float32Array(memory, positions, 3 * vertexCount).slice(),
     normals: normals ? new Float32Array(memory, normals, 3 * vertexCount).slice() : null,
+    colors: colors ? new Uint8Array(memory, colors, 4 * vertexCount).slice() : null,
     indices: new Uint32Array(memory, indices, 3 * triangleCount).slice(),
     vertexCount,
     triangleCount,
-    min: [...new Float32Array(memory, mesh + 28, 3)],
-    max: [...new Float32Array(memory, mesh + 40, 3)],
+    min: [...new Float32Array(memory, mesh + 32, 3)],
+    max: [...new Float32Array(memory, mesh + 44, 3)],
   };
 }
 
@@ -252,7 +254,7 @@ export function serveReliefWorker(port) {
     }
     try {
       const mesh = guarded(state, wasm => decode(wasm, stream, options));
-      port.postMessage({ mesh }, [mesh.positions, mesh.normals, mesh.indices].filter(Boolean).map(array => array.buffer));
+      port.postMessage({ mesh }, [mesh.positions, mesh.normals, mesh.colors, mesh.indices].filter(Boolean).map(array => array.buffer));
     } catch ({ code = 'INTERNAL', message }) {
       port.postMessage({ code, message });
     }

@@ -3,6 +3,12 @@ import type { ReliefDecoder } from 'relief-gltf';
 
 export const RELIEF_PATCH_COMPRESSION: 'RELIEF_patch_compression';
 
+/**
+ * Colours of a decoded mesh (sRGB bytes, four a vertex) as glTF and three.js want them: linear, for a normalized
+ * BufferAttribute of four 16-bit numbers.
+ */
+export function linearColors(colors: Uint8Array): Uint16Array;
+
 /** What has been decoded so far for one file. */
 export interface ReliefStats {
   streams: number;

@@ -4,13 +4,13 @@
 //   loader.register(parser => new ReliefPatchCompression(parser, decoder));
 //
 // GLTFLoader has a hook for buffer views but none for primitives. So before anything is loaded the accessors of each
-// compressed primitive are pointed at buffer views made up here, one for positions, normals and indices, and a stream
-// is decoded when the first of its three views is asked for. Everything else of the scene (materials, names, several
+// compressed primitive are pointed at buffer views made up here, one for positions, normals, colours and indices, and a
+// stream is decoded when the first of its views is asked for. Everything else of the scene (materials, names, several
 // primitives, instances, animation) takes GLTFLoader's usual way.
 
 export const RELIEF_PATCH_COMPRESSION = 'RELIEF_patch_compression';
 
-const FLOAT = 5126;
+const FLOAT = 5126, UNSIGNED_SHORT = 5123;
 const INDEX_ARRAYS = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };
 
 export class ReliefPatchCompression {
@@ -45,9 +45,9 @@ export class ReliefPatchCompression {
   // Points the accessors of a compressed primitive at made-up buffer views.
   redirect(primitive, extension, where) {
     const json = this.parser.json;
-    const { POSITION, NORMAL } = primitive.attributes;
+    const { POSITION, NORMAL, COLOR_0 } = primitive.attributes;
     let decoded = null;
-    const mesh = () => (decoded ??= this.decode(extension.bufferView, NORMAL !== undefined));
+    const mesh = () => (decoded ??= this.decode(extension.bufferView, { normals: NORMAL !== undefined, colors: COLOR_0 !== undefined }));
     const redirectAccessor = (index, name, contents) => {
       const accessor = json.accessors?.[index];
       if (!accessor) throw new Error(`THREE.GLTFLoader: ${where}: ${RELIEF_PATCH_COMPRESSION} needs ${name}`);
@@ -60,14 +60,17 @@ export class ReliefPatchCompression {
     if (NORMAL !== undefined) {
       redirectAccessor(NORMAL, 'NORMAL', ({ normals }, accessor, what) => floats(normals, accessor, what));
     }
+    if (COLOR_0 !== undefined) {
+      redirectAccessor(COLOR_0, 'COLOR_0', ({ colors }, accessor, what) => linear(colors, accessor, what));
+    }
     if (primitive.mode === 0) return;  // draws the vertices of the surface as points
     redirectAccessor(primitive.indices, 'indices', ({ indices }, accessor, what) => integers(indices, accessor, what));
   }
 
-  async decode(bufferView, normals) {
+  async decode(bufferView, options) {
     const stream = new Uint8Array(await this.parser.getDependency('bufferView', bufferView));
     const begin = performance.now();
-    const mesh = await this.decoder.decodeAsync(stream, { normals });
+    const mesh = await this.decoder.decodeAsync(stream, options);
     this.stats.milliseconds += performance.now() - begin;
     this.stats.streams += 1;
     this.stats.bytes += stream.length;
@@ -89,6 +92,26 @@ function floats(array, accessor, what) {
     throw new Error(`THREE.GLTFLoader: ${what}: the accessor must be VEC3 of floats`);
   }
   return array.buffer;
+}
+
+// IEC 61966-2-1.
+const LINEAR = Uint16Array.from({ length: 256 }, (_, byte) => {
+  const s = byte / 255;
+  return Math.round(65535 * (s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4));
+});
+
+/** Colours of streams are sRGB bytes, four a vertex; those of glTF and three.js are linear, here normalized 16 bits. */
+export function linearColors(colors) {
+  return Uint16Array.from(colors, (byte, i) => (i % 4 === 3 ? 257 * byte : LINEAR[byte]));
+}
+
+function linear(colors, accessor, what) {
+  if (!colors) throw new Error(`THREE.GLTFLoader: ${what}: the stream holds no colours`);
+  expectCount(colors.length / 4, accessor, what);
+  if (accessor.componentType !== UNSIGNED_SHORT || accessor.type !== 'VEC4' || !accessor.normalized) {
+    throw new Error(`THREE.GLTFLoader: ${what}: the accessor must be VEC4 of normalized unsigned shorts`);
+  }
+  return linearColors(colors).buffer;
 }
 
 function integers(array, accessor, what) {

@@ -10,8 +10,8 @@ namespace relief {
 
 constexpr int kLumaOffset = 128;  // luma is coded less this. Part of the format
 
-// Of a channel, in levels of a byte. An error in luma counts about twice as much in red, green and blue as one
-// in a difference.
+// Of a channel, in levels of a byte. An error in luma counts about twice as much in red, green and blue as
+// one in a difference.
 inline float colour_step(const StreamHeader& h, int channel) {
   return float(h.colour_step) * (channel == 0 ? 1.0f / 256 : 1.0f / 128);
 }
@@ -44,13 +44,13 @@ void decode_colours(const uint8_t* data, const Parsed& parsed, const Planes& hei
 void make_colour_images(const Parsed& parsed, const Planes& heights, uint32_t i, const ColourPlanes& colours,
                         float* scratch, const Leaves& leaves);
 
-// Red, green, blue and 255, `stride` bytes from one vertex to the next. Of the vertices of a patch: the pixels
-// of a mask in the order of mesh_patch.
+// Red, green, blue and 255, `stride` bytes from one vertex to the next. Of the vertices of a patch: the
+// pixels of a mask in the order of mesh_patch.
 void write_patch_colours(const ColourPlanes& colours, const Band& low, const uint8_t* mask, uint8_t* out,
                          size_t stride);
 
-// Of vertices from first_vertex on, which gap closing has added with the triangles from first_triangle on: the
-// colour of a neighbour.
+// Of vertices from first_vertex on, which gap closing has added with the triangles from first_triangle on:
+// the colour of a neighbour.
 void write_gap_colours(const MeshWriter& mesh, uint32_t first_vertex, uint32_t first_triangle, uint8_t* out,
                        size_t stride);
 

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "gaps.h"
 #include "patch_table.h"
 #include "wavelet.h"
 
@@ -61,8 +62,9 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
     if (h.colour_step < kLeastColourStep || h.colour_step > kMostColourStep) return RELIEF_ERROR_CORRUPT;
   }
   // positions stay finite: |origin| + scale * limit < 2^127
-  bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk | kFlagColoured)) == 0 && within(h.scale, 1e-30f, 1e30f) &&
-            within(h.spacing, 1.0f, float(1 << 20)) && within(h.step, 1.0f / 64, float(1 << 20));
+  bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk | kFlagColoured)) == 0 &&
+            within(h.scale, 1e-30f, 1e30f) && within(h.spacing, 1.0f, float(1 << 20)) &&
+            within(h.step, 1.0f / 64, float(1 << 20));
   for (float o : h.origin) ok = ok && within(o, -1e37f, 1e37f);
   ok = ok && h.patch_count > 0 && h.boundary_nodes <= h.mask_pixels && h.mask_pixels >= 3;
   if (!ok) return RELIEF_ERROR_CORRUPT;
@@ -115,11 +117,13 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
 
 uint64_t memory_bound(const Parsed& parsed) {
   const StreamHeader& h = parsed.header;
-  const bool coloured = h.flags & kFlagColoured;
-  return (1u << (coloured ? 24 : 23)) + 320 * uint64_t(h.patch_count) +
-         (coloured ? 17 : 5) * parsed.totals.planes + (coloured ? 86 : 80) * parsed.totals.max_pixels +
-         (coloured ? 120 : 116) * uint64_t(h.mask_pixels) +
-         (coloured ? 1228 : 1200) * uint64_t(h.boundary_nodes);
+  const Totals& t = parsed.totals;
+  const uint64_t pixels = h.mask_pixels, nodes = h.boundary_nodes;
+  uint64_t bytes = (1u << 23) + 320 * uint64_t(h.patch_count) + 5 * t.planes + 80 * t.max_pixels +
+                   116 * pixels + 1200 * nodes;
+  if (h.flags & kFlagColoured)
+    bytes += (1u << 20) + 12 * t.planes + 6 * t.max_pixels + 4 * (pixels + gap_vertices(h.boundary_nodes));
+  return bytes;
 }
 
 uint64_t memory_allowed(const relief_limits& limits, size_t size) {

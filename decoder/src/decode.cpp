@@ -268,8 +268,8 @@ MeshWriter writer_for(const relief_options& o, const Workspace& w, const Parsed&
 }
 
 // From the planes to the mesh. Leaves what is needed to go on alone, but for masks at coarser levels.
-relief_status make_mesh(const uint8_t* data, const relief_options& o, Workspace& w,
-                        OpenPatches& open, relief_mesh* out, const Leaves& leaves) {
+relief_status make_mesh(const uint8_t* data, const relief_options& o, Workspace& w, OpenPatches& open,
+                        relief_mesh* out, const Leaves& leaves) {
   open.mesh = writer_for(o, w, open.parsed, *out);
   float* const normals = !out->normals ? nullptr : w.normals ? w.normals : static_cast<float*>(out->normals);
   const bool coloured = out->colors && open.parsed.header.flags & kFlagColoured;

@@ -228,7 +228,8 @@ void add_encode(CLI::App& app, Run& run) {
       "  relief encode scene.glb small.glb --bytes 100000   as good as 100,000 bytes allow\n"
       "  relief encode cloud.xyz cloud.glb                  a point cloud: its surface; see decode --points\n"
       "\n"
-      "Primitives of a scene that carry what is not coded yet (texture coordinates, joints, morph targets) and\n"
+      "Primitives of a scene that carry what is not coded yet (texture coordinates, joints, morph targets) "
+      "and\n"
       "those that touch another one of their mesh pass through unchanged, and a line says so.");
   command->add_option("IN", a->in, ".ply .obj .off .stl .xyz .pcd .glb .gltf .relief")->required();
   command->add_option("OUT", a->out, ".glb .gltf .relief")->required();
@@ -248,8 +249,7 @@ void add_encode(CLI::App& app, Run& run) {
       ->add_option("--min-component", a->options.min_component,
                    "Drop connected components of fewer triangles (default: keep all)")
       ->type_name("N");
-  command
-      ->add_option("--effort", a->options.effort, "1 (fast) to 9 (fewer bytes, much slower); default 5")
+  command->add_option("--effort", a->options.effort, "1 (fast) to 9 (fewer bytes, much slower); default 5")
       ->type_name("1..9")
       ->check(CLI::Range(1, 9));
   CLI::Option* color_error =

@@ -539,7 +539,8 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
   prepare(m, watch);
   constexpr double kColourShare = 0.3;  // of the bytes
   const bool coloured = !input.colors.empty() && options.color_error > 0;
-  const double all_bytes = wanted_bytes(input, options), bytes = all_bytes * (coloured ? 1 - kColourShare : 1);
+  const double all_bytes = wanted_bytes(input, options),
+               bytes = all_bytes * (coloured ? 1 - kColourShare : 1);
   Outcome best = best_partition(m, options, bytes, watch);
   Trial& trial = best.trial;
   result.target_met = best.met && excess(trial, options, bytes) <= 0;

@@ -87,7 +87,16 @@ class Stream:
             counts.append(value)
         (self.patch_count, self.mask_pixels, self.boundary_nodes, self.vertex_count, self.triangle_count,
          table, coefficients, seams) = counts
-        if (self.flags & ~3 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
+        self.colour_step, colours = 256, [0, 0, 0]
+        if self.flags & 4:
+            extra = []
+            for _ in range(4):
+                value, at, good = varint(data, at)
+                if not good:
+                    raise Error(TRUNCATED if at == len(data) else CORRUPT)
+                extra.append(value)
+            self.colour_step, *colours = extra
+        if (self.flags & ~7 or not 16 <= self.colour_step <= 1 << 16 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
                 or not f32(1e-30) <= self.scale <= f32(1e30) or not 1 <= self.spacing <= 1 << 20
                 or not 1 / 64 <= self.step <= 1 << 20 or self.patch_count == 0
                 or self.boundary_nodes > self.mask_pixels or self.mask_pixels < 3):
@@ -103,11 +112,17 @@ class Stream:
         at += table
         left = len(data) - at
         self.cut = coefficients + seams > left
-        if coefficients + seams < left:
+        if coefficients + seams + sum(colours) < left:
             raise Error(CORRUPT)
         self.coefficients = data[at:at + coefficients]
         self.coefficients_cut = coefficients > left
-        self.seams = None if self.cut else data[at + coefficients:]
+        at += coefficients
+        self.seams = None if self.cut else data[at:at + seams]
+        at += seams
+        self.colours = []  # for each channel: its bytes, whether some are missing
+        for size in colours:
+            self.colours.append((data[at:at + size], size > max(0, len(data) - at)))
+            at += size
 
 
 def varint(data, at):
@@ -271,6 +286,8 @@ def read_table(stream, coder, limits):
         raise Error(CORRUPT)
     stream.memory = ((1 << 23) + 320 * stream.patch_count + 5 * planes + 80 * largest + 116 * stream.mask_pixels
                      + 1200 * stream.boundary_nodes)
+    if stream.flags & 4:
+        stream.memory += (1 << 20) + 12 * planes + 6 * largest + 4 * (stream.mask_pixels + 7 * stream.boundary_nodes)
     return patches
 
 
@@ -706,7 +723,10 @@ def merged(low, high, mask):
 
 
 def heights(patch, level):
-    D = patch.step
+    return inverse(patch, patch.step, level)
+
+
+def inverse(patch, D, level):
     low = [[value(q, D) for q in row] for row in patch.q['low', LEVELS].rows]
     for l in range(LEVELS - 1, level - 1, -1):
         d_high = f32(D * f32((1.35, 1.0)[l] if l < 2 else 1.0))
@@ -1396,7 +1416,44 @@ def smooth(mesh, nodes):
         mesh.positions[v] = p
 
 
-def output(stream, mesh, points):
+def read_colours(stream, patches, level):
+    """Of each patch three images."""
+    for p in patches:
+        p.colour = []
+    for channel, (data, cut) in enumerate(stream.colours):
+        for p in patches:
+            p.q = {key: Plane(w, h) for key, (w, h) in sizes(p.width, p.height).items()}
+        read_subband(Coder(data, cut), patches)
+        step = f32(f32(float(stream.colour_step)) * (1 / 128 if channel else 1 / 256))
+        for p in patches:
+            image = inverse(p, step, level)
+            p.colour.append([[max(-255, min(255, lattice(v))) for v in row] for row in image])
+
+
+def patch_colours(patch, mask):
+    """Of the pixels of the mask, in order."""
+    byte = lambda v: max(0, min(255, v))
+    for y, row in enumerate(mask.rows):
+        for x, inside in enumerate(row):
+            if inside:
+                luma, orange, green = (image[y][x] for image in patch.colour)
+                t = luma + 128 - (green >> 1)
+                blue = t - (orange >> 1)
+                yield [byte(blue + orange), byte(green + t), byte(blue), 255]
+
+
+def gap_colours(colours, mesh, first_triangle):
+    colours += [[128, 128, 128, 0] for _ in range(len(mesh.positions) - len(colours))]
+    for _ in range(3):
+        for t in mesh.triangles[first_triangle:]:
+            for k in range(3):
+                if colours[t[k]][3] == 0:
+                    colours[t[k]] = colours[t[(k + 1) % 3]][:]
+    for c in colours:
+        c[3] = 255
+
+
+def output(stream, mesh, points, colours):
     P = [[float(c) for c in p] for p in mesh.positions]
     normals = [[0.0, 0.0, 0.0] for _ in P]
     for t in mesh.triangles:
@@ -1417,7 +1474,7 @@ def output(stream, mesh, points):
     flat = [c for n in normals for c in n]
     indices = [] if points else [i for t in mesh.triangles for i in t]
     return (struct.pack('<%df' % len(placed), *placed) + struct.pack('<%df' % len(flat), *flat)
-            + struct.pack('<%dI' % len(indices), *indices))
+            + struct.pack('<%dI' % len(indices), *indices) + bytes(c for colour in colours for c in colour))
 
 
 LIMITS = (1 << 20, 1 << 28, 1 << 27)
@@ -1440,11 +1497,15 @@ def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1
     if sum(sum(map(sum, p.mask['low', 0].rows)) for p in patches) != stream.mask_pixels:
         raise Error(CORRUPT)
     read_coefficients(stream, patches)
+    z_of = {p: heights(p, level) for p in patches}
+    if stream.flags & 4:
+        read_colours(stream, patches, level)
+    colours = []
     mesh, nodes = Mesh(), []
     chosen = [p for i, p in enumerate(patches) if wanted[i % len(wanted)] == '1']
     whole = len(chosen) == len(patches)
     for p in chosen:
-        z = heights(p, level)
+        z = z_of[p]
         if level > 0:
             tidy(p.mask['low', level])
         before = len(mesh.positions), len(mesh.triangles), len(nodes)
@@ -1456,14 +1517,20 @@ def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1
                 raise
             for all, count in zip((mesh.positions, mesh.triangles, nodes), before):
                 del all[count:]
+            continue
+        if stream.flags & 4:
+            colours += patch_colours(p, p.mask['low', level])
     if whole and level == 0 and len(nodes) != stream.boundary_nodes:
         raise Error(CORRUPT)
+    patch_triangles = len(mesh.triangles)
     if nodes and not points:
         Gaps(nodes, int(max(p.spacing for p in patches) * 2 ** level), whole and bool(stream.flags & 1),
              stream.seams if whole and level == 0 else None, mesh)
     if smoothed:
         smooth(mesh, nodes)
-    return output(stream, mesh, points)
+    if stream.flags & 4:
+        gap_colours(colours, mesh, patch_triangles)
+    return output(stream, mesh, points, colours)
 
 
 def main(arguments):

@@ -1,9 +1,11 @@
 // From the bytes of a .glb, .gltf or bare .relief file to a three.js object and its figures.
 import { BufferAttribute, BufferGeometry, Mesh, MeshStandardMaterial } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { ReliefPatchCompression } from 'relief-gltf/three';
+import { linearColors, ReliefPatchCompression } from 'relief-gltf/three';
 
 const clay = () => new MeshStandardMaterial({ color: 0xc9c3b8, roughness: 0.62, metalness: 0 });
+const painted = () => new MeshStandardMaterial({ vertexColors: true, roughness: 0.8, metalness: 0 });
+const materialOf = geometry => (geometry.attributes.color ? painted() : clay());
 
 export async function loadModel(bytes, base, decoder) {
   const start = String.fromCharCode(...bytes.subarray(0, 4));
@@ -19,9 +21,10 @@ function loadStream(bytes, decoder) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(mesh.positions, 3));
   geometry.setAttribute('normal', new BufferAttribute(mesh.normals, 3));
+  if (mesh.colors) geometry.setAttribute('color', new BufferAttribute(linearColors(mesh.colors), 4, true));
   geometry.setIndex(new BufferAttribute(mesh.indices, 1));
   return {
-    object: new Mesh(geometry, clay()),
+    object: new Mesh(geometry, materialOf(geometry)),
     streams: { count: 1, bytes: bytes.length, milliseconds },
     vertices: mesh.vertexCount,
     triangles: mesh.triangleCount,
@@ -33,7 +36,6 @@ async function loadGltf(bytes, base, decoder) {
   let plugin;
   loader.register(parser => (plugin = new ReliefPatchCompression(parser, decoder)));
   const gltf = await loader.parseAsync(bytes.buffer, base);
-  const unpainted = clay();
   let vertices = 0, triangles = 0;
   gltf.scene.traverse(object => {
     if (!object.isMesh) return;
@@ -42,7 +44,7 @@ async function loadGltf(bytes, base, decoder) {
     triangles += (geometry.index ?? geometry.attributes.position).count / 3;
     const at = gltf.parser.associations.get(object);
     const primitive = gltf.parser.json.meshes[at?.meshes]?.primitives[at.primitives];
-    if (primitive && primitive.material === undefined) object.material = unpainted;
+    if (primitive && primitive.material === undefined) object.material = materialOf(geometry);
   });
   const { streams, bytes: streamBytes, milliseconds } = plugin.stats;
   return { object: gltf.scene, streams: { count: streams, bytes: streamBytes, milliseconds }, vertices, triangles };

@@ -127,8 +127,8 @@ CodedColours add_colours(const TriangleMesh& input, const ColourTarget& target,
   for (int i = 0; i < kMost; i++) {
     std::vector<uint8_t> trial = colourer.with(uint32_t(std::lround(std::exp(std::clamp(x, low, high)))));
     const double error = target.bytes ? 0 : rms(trial, wanted);
-    const double y = target.bytes ? std::log(double(trial.size()) / double(target.bytes))
-                                  : std::log(error / target.error);
+    const double y =
+        target.bytes ? std::log(double(trial.size()) / double(target.bytes)) : std::log(error / target.error);
     const bool inside = y <= 0, too_fine = inside == (target.bytes == 0);
     if (best.empty() || inside || !result.met) best = std::move(trial);
     result.met = result.met || inside;

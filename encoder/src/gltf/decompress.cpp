@@ -41,8 +41,7 @@ Filled fill_accessors(Document& document, const Json& primitive, const TriangleM
   if (color && mesh.colors.empty())
     throw InputError("a compressed primitive has the attribute COLOR_0, which its stream does not hold");
   if (color)
-    filled.color =
-        fill_accessor(document, color, color_accessor(mesh), color_bytes(mesh), kArrayBuffer);
+    filled.color = fill_accessor(document, color, color_accessor(mesh), color_bytes(mesh), kArrayBuffer);
   if (!points)
     filled.indices = fill_accessor(document, find(primitive, "indices"), index_accessor(mesh),
                                    index_bytes(mesh), kElementArrayBuffer);

@@ -95,6 +95,10 @@ class Scene {
     if (part.normals.empty()) has_normals_ = false;
     if (has_normals_)
       for (const auto& n : part.normals) mesh.normals.push_back(floats((cofactors * point(n)).normalized()));
+    if (!part.colors.empty()) {
+      mesh.colors.resize(base, kWhite);
+      mesh.colors.insert(mesh.colors.end(), part.colors.begin(), part.colors.end());
+    }
     for (auto t : part.triangles) {
       if (mirrored) std::swap(t[1], t[2]);
       mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
@@ -103,9 +107,11 @@ class Scene {
 
   void finish() {
     if (!has_normals_) mesh.normals.clear();
+    if (!mesh.colors.empty()) mesh.colors.resize(mesh.positions.size(), kWhite);
   }
 
  private:
+  static constexpr std::array<uint8_t, 4> kWhite = {255, 255, 255, 255};  // of parts without colours
   static Eigen::Vector3d point(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
   static std::array<float, 3> floats(const Eigen::Vector3d& p) {
     return {float(p[0]), float(p[1]), float(p[2])};
