@@ -225,7 +225,8 @@ TEST_F(CommandLine, MeetsABudgetOfBytes) {
 TEST_F(CommandLine, CodesBitPlanes) {
   std::vector<TestBytes> streams;
   for (const char* options : {"", "--coder bisk", "--coder bisk --allocation even"}) {
-    ASSERT_EQ(run(std::string("encode torus.ply t.relief --error 1e-3 --quiet ") + options).code, 0) << options;
+    ASSERT_EQ(run(std::string("encode torus.ply t.relief --error 1e-3 --quiet ") + options).code, 0)
+        << options;
     streams.push_back(read_bytes(folder / "t.relief"));
     Result compared = run("compare torus.ply t.relief --samples 100000 --json");
     EXPECT_LE(compared.json()["e_rms"].get<double>(), 10.3) << options;
@@ -239,8 +240,9 @@ TEST_F(CommandLine, CodesBitPlanes) {
   EXPECT_NE(run("info t.relief").out.find("bit plane 0"), std::string::npos);
 }
 
-// --density: with 1 a patch has about as many pixels as vertices (3.4). Spacings are quarter powers of two apart, so that
-// pixels are at most 19% more or fewer, and there is a rim around every patch. Twice the density is half the spacing.
+// --density: with 1 a patch has about as many pixels as vertices (3.4). Spacings are quarter powers of two
+// apart, so that pixels are at most 19% more or fewer, and there is a rim around every patch. Twice the
+// density is half the spacing.
 TEST_F(CommandLine, DensityIsThatOfTheVertices) {
   write_text(folder / "sphere.ply", ply_of(make_sphere(5)));
   std::vector<double> spacing;
@@ -260,7 +262,8 @@ TEST_F(CommandLine, PartitionAsAsked) {
   const auto patches = [&](const std::string& options) {
     Result encoded = run("encode torus.ply t.relief --error 2e-3 --json " + options);
     EXPECT_EQ(encoded.code, 0) << options << encoded.err;
-    EXPECT_LE(run("compare torus.ply t.relief --samples 100000 --json").json()["e_rms"].get<double>(), 20.6) << options;
+    EXPECT_LE(run("compare torus.ply t.relief --samples 100000 --json").json()["e_rms"].get<double>(), 20.6)
+        << options;
     return encoded.json()["primitives"][0]["patches"].get<int>();
   };
   const int usual = patches("");
@@ -316,6 +319,43 @@ TEST_F(CommandLine, SaysWhatPassesThrough) {
   EXPECT_EQ(run("encode in.glb out.glb --quiet").err, "");
 }
 
+// Red where x is positive, else blue; one of two primitives in a scene.
+TEST_F(CommandLine, ColoursOfAScene) {
+  SceneBuilder scene;
+  const TriangleMesh torus = make_torus(64, 32);
+  std::vector<std::array<uint8_t, 4>> colors;
+  for (const auto& p : torus.positions)
+    colors.push_back(p[0] > 0 ? std::array<uint8_t, 4>{255, 0, 0, 255}
+                              : std::array<uint8_t, 4>{0, 0, 255, 255});
+  TestJson painted = scene.primitive(torus);
+  painted["attributes"]["COLOR_0"] = scene.colors(colors);
+  scene.mesh({painted}, "painted");
+  scene.mesh({scene.primitive(make_bumpy_sphere(4))}, "plain");
+  scene.save(folder / "in.glb");
+  Result encoded = run("encode in.glb out.glb --error 2e-3 --json");
+  ASSERT_EQ(encoded.code, 0) << encoded.err;
+  TestJson report = TestJson::parse(encoded.out)["primitives"];
+  EXPECT_LE(report[0]["color_error"].get<double>(), 4);
+  EXPECT_FALSE(report[1].contains("color_error"));
+  keep_for_validator(folder / "out.glb", "cli-colours.glb");
+
+  ASSERT_EQ(run("decode out.glb plain.glb --quiet").code, 0);
+  keep_for_validator(folder / "plain.glb", "cli-colours-plain.glb");
+  const TestJson plain = read_glb(folder / "plain.glb").json;
+  EXPECT_TRUE(plain["meshes"][0]["primitives"][0]["attributes"].contains("COLOR_0"));
+  EXPECT_FALSE(plain["meshes"][1]["primitives"][0]["attributes"].contains("COLOR_0"));
+
+  ASSERT_EQ(run("encode plain.glb bare.glb --error 2e-3 --no-colors --quiet").code, 0);
+  for (const TestJson& mesh : read_glb(folder / "bare.glb").json["meshes"])
+    EXPECT_FALSE(mesh["primitives"][0]["attributes"].contains("COLOR_0"));
+
+  ASSERT_EQ(run("decode out.glb out.ply --quiet").code, 0);  // with the other primitive, in white
+  ASSERT_EQ(run("encode out.ply again.relief --error 2e-3 --json").code, 0);
+  ASSERT_EQ(run("info again.relief --json").code, 0);
+  EXPECT_GT(TestJson::parse(run("info again.relief --json").out)["streams"][0]["bytes_colours"].get<int>(),
+            50);
+}
+
 TEST_F(CommandLine, PartsOfASceneThatMissTheErrorStayAsTheyAre) {
   SceneBuilder scene;
   scene.mesh({scene.primitive(make_torus(24, 12))}, "pot");
@@ -337,15 +377,29 @@ TEST_F(CommandLine, HelpTeaches) {
 }
 
 TEST_F(CommandLine, WrongCommandLines) {
-  for (const char* arguments :
-       {"", "squash a b", "encode", "encode torus.ply", "encode torus.ply out.stl", "encode torus.ply out",
-        "encode torus.ply t.glb --error 0", "encode torus.ply t.glb --error -1",
-        "encode torus.ply t.glb --error x", "encode torus.ply t.glb --bytes 100 --bpv 1",
-        "encode torus.ply t.glb --error 1e-4 --bytes 100", "encode torus.ply t.glb --threads 0",
-        "encode torus.ply t.glb --coder zip", "encode torus.ply t.glb --allocation odd",
-        "encode torus.ply t.glb --aperture 90", "encode torus.ply t.glb --partition kmeans",
-        "encode torus.ply t.glb --plane best", "encode torus.ply t.glb --density 0", "encode torus.ply t.glb --frobnicate", "decode a.glb out.stl",
-        "compare torus.ply", "info", "compare torus.ply torus.ply --heatmap h.png"}) {
+  for (const char* arguments : {"",
+                                "squash a b",
+                                "encode",
+                                "encode torus.ply",
+                                "encode torus.ply out.stl",
+                                "encode torus.ply out",
+                                "encode torus.ply t.glb --error 0",
+                                "encode torus.ply t.glb --error -1",
+                                "encode torus.ply t.glb --error x",
+                                "encode torus.ply t.glb --bytes 100 --bpv 1",
+                                "encode torus.ply t.glb --error 1e-4 --bytes 100",
+                                "encode torus.ply t.glb --threads 0",
+                                "encode torus.ply t.glb --coder zip",
+                                "encode torus.ply t.glb --allocation odd",
+                                "encode torus.ply t.glb --aperture 90",
+                                "encode torus.ply t.glb --partition kmeans",
+                                "encode torus.ply t.glb --plane best",
+                                "encode torus.ply t.glb --density 0",
+                                "encode torus.ply t.glb --frobnicate",
+                                "decode a.glb out.stl",
+                                "compare torus.ply",
+                                "info",
+                                "compare torus.ply torus.ply --heatmap h.png"}) {
     Result result = run(arguments);
     EXPECT_EQ(result.code, 2) << arguments << ": " << result.err;
     expect_one_line(result);

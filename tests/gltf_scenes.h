@@ -144,6 +144,11 @@ struct SceneBuilder {
     size_t p = positions(mesh.positions), i = indices(mesh.triangles);
     return {{"attributes", {{"POSITION", p}}}, {"indices", i}};
   }
+  // Of COLOR_0: linear.
+  size_t colors(const std::vector<std::array<uint8_t, 4>>& list) {
+    return accessor(list.size(), "VEC4", 5121,
+                    {{"bufferView", view(to_bytes(list), 34962)}, {"normalized", true}});
+  }
   // A mesh of these primitives and a node in the scene that draws it; returns the mesh.
   size_t mesh(const std::vector<TestJson>& primitives, const std::string& name = "") {
     TestJson m = {{"primitives", primitives}};

@@ -155,7 +155,8 @@ TEST(StreamScene, MayDrawPoints) {
   EXPECT_EQ(read_glb(folder / "points.glb").json["meshes"][0]["primitives"][0]["mode"], 0);
   const TriangleMesh points = read_gltf_mesh(folder / "points.glb");
   EXPECT_TRUE(points.triangles.empty());
-  EXPECT_EQ(points.positions, decode(sphere_stream().data(), sphere_stream().size(), {.points = true}).positions);
+  EXPECT_EQ(points.positions,
+            decode(sphere_stream().data(), sphere_stream().size(), {.points = true}).positions);
   EXPECT_EQ(points.normals.size(), points.positions.size());
 }
 
@@ -379,7 +380,12 @@ TEST(Compress, SaysWhyAPrimitivePassesThrough) {
   };
   std::map<std::string, std::function<void(SceneBuilder&, TestJson&)>> cases = {
       {"attribute TEXCOORD_0", with_attribute("TEXCOORD_0")},
-      {"attribute COLOR_0", with_attribute("COLOR_0")},
+      {"colours that are not opaque",
+       [&](SceneBuilder& s, TestJson& p) {
+         p["attributes"]["COLOR_0"] =
+             s.colors(std::vector<std::array<uint8_t, 4>>(sphere.positions.size(), {255, 0, 0, 254}));
+       }},
+      {"attribute COLOR_1", with_attribute("COLOR_1")},
       {"attribute JOINTS_0", with_attribute("JOINTS_0")},
       {"attribute _FEATURE_ID_0", with_attribute("_FEATURE_ID_0")},
       {"morph targets",

@@ -41,10 +41,11 @@ export function bumpySphere(n, centre = [0, 0, 0], radius = 1) {
   return { positions, triangles };
 }
 
-export function writePly(file, { positions, triangles }) {
+export function writePly(file, { positions, triangles, colors = null }) {
+  const channels = colors ? ['red', 'green', 'blue'].map(name => `property uchar ${name}\n`).join('') : '';
   const header = `ply\nformat ascii 1.0\nelement vertex ${positions.length}\nproperty float x\nproperty float y\n` +
-    `property float z\nelement face ${triangles.length}\nproperty list uchar int vertex_indices\nend_header\n`;
-  fs.writeFileSync(file, header + positions.map(p => p.join(' ') + '\n').join('') +
+    `property float z\n${channels}element face ${triangles.length}\nproperty list uchar int vertex_indices\nend_header\n`;
+  fs.writeFileSync(file, header + positions.map((p, i) => [...p, ...(colors?.[i] ?? [])].join(' ') + '\n').join('') +
     triangles.map(t => `3 ${t.join(' ')}\n`).join(''));
 }
 
@@ -66,6 +67,18 @@ const sphere = path.join(outputs, 'sphere.ply');
 if (!fs.existsSync(sphere)) writePly(sphere, bumpySphere(90));
 export const sphereFile = () => sphere;
 export const sphereGlb = () => encode(sphere, 'sphere.glb', '--error', '5e-4');
+
+// The sphere in bands of colour.
+export function paintedGlb() {
+  const file = path.join(outputs, 'painted.ply');
+  if (!fs.existsSync(file)) {
+    const mesh = bumpySphere(60);
+    const byte = v => Math.round(128 + 127 * v);
+    mesh.colors = mesh.positions.map(([x, y, z]) => [byte(Math.sin(5 * x)), byte(Math.sin(4 * y + 1)), byte(Math.cos(3 * z))]);
+    writePly(file, mesh);
+  }
+  return encode(file, 'painted.glb', '--error', '5e-4');
+}
 
 // A model at the default error.
 export const modelGlb = (name, file) => encode(file, `${name}-1e-4.glb`, '--error', '1e-4');

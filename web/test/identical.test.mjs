@@ -5,7 +5,7 @@ import fs from 'node:fs';
 import test from 'node:test';
 import { createReliefDecoder } from 'relief-gltf';
 
-import { largeModels, modelGlb, run, scratch, sphereFile, streamsOf } from './fixtures.mjs';
+import { largeModels, modelGlb, paintedGlb, run, scratch, sphereFile, streamsOf } from './fixtures.mjs';
 
 const sha256 = (...parts) => {
   const hash = crypto.createHash('sha256');
@@ -22,6 +22,16 @@ function nativeHash(stream, name) {
 
 const decoders = Promise.all(['relief.wasm', 'relief-simd.wasm'].map(async module =>
   [module, await createReliefDecoder({ module: fs.readFileSync(new URL(`../../wasm/dist/${module}`, import.meta.url)) })]));
+
+test('colours: same SHA-256 natively and in WebAssembly', async () => {
+  const [stream] = streamsOf(paintedGlb());
+  for (const [module, decoder] of await decoders) {
+    for (const [name, bytes] of [['painted', stream], ['painted-prefix', stream.slice(0, stream.length - 100)]]) {
+      const mesh = decoder.decode(bytes);
+      assert.equal(sha256(mesh.positions, mesh.normals, mesh.indices, mesh.colors), nativeHash(bytes, name), module);
+    }
+  }
+});
 
 for (const [name, file] of [['sphere', sphereFile()], ...largeModels()]) {
   test(`${name}: same SHA-256 natively and in WebAssembly`, { skip: file ? false : `no ${name} on this machine` }, async t => {

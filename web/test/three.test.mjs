@@ -3,10 +3,10 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import test from 'node:test';
 import { createReliefDecoder } from 'relief-gltf';
-import { RELIEF_PATCH_COMPRESSION, ReliefPatchCompression } from 'relief-gltf/three';
+import { linearColors, RELIEF_PATCH_COMPRESSION, ReliefPatchCompression } from 'relief-gltf/three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-import { outputs, readGlb, run, scratch, sphereGlb, streamsOf, writeGlb } from './fixtures.mjs';
+import { outputs, paintedGlb, readGlb, run, scratch, sphereGlb, streamsOf, writeGlb } from './fixtures.mjs';
 
 async function load(file, decoder) {
   const loader = new GLTFLoader();
@@ -55,6 +55,23 @@ test('a compressed primitive of points loads as points', async () => {
   assert.equal(points.length, 1);
   assert.equal(points[0].geometry.index, null);
   assert.deepEqual(points[0].geometry.attributes.position.array, expected.positions);
+});
+
+test('colours arrive linear, in 16 bits', async () => {
+  const decoder = await createReliefDecoder();
+  const file = paintedGlb();
+  const expected = decoder.decode(streamsOf(file)[0]);
+  assert.equal(expected.colors.length, 4 * expected.vertexCount);
+  const { meshes } = await load(file, decoder);
+  const { color } = meshes[0].geometry.attributes;
+  assert.ok(color.normalized && color.array instanceof Uint16Array);
+  assert.deepEqual(color.array, linearColors(expected.colors));
+  assert.ok(meshes[0].material.vertexColors);
+  const plain = `${outputs}/painted-plain.glb`;
+  run('relief', 'decode', file, plain, '--quiet');
+  const native = await load(plain, null);
+  assert.deepEqual(native.meshes[0].geometry.attributes.color.array, color.array);
+  assert.equal(decoder.decode(streamsOf(file)[0], { colors: false }).colors, null);
 });
 
 // A scene with: a mesh of one compressed and one plain primitive, used by two nodes; materials; names; a light node.
