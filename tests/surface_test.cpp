@@ -236,6 +236,27 @@ TEST(ReadMesh, ObjKeepsNormalsThatBelongToVertices) {
   EXPECT_EQ(mesh.normals, expected);
 }
 
+TEST(ReadObj, ColoursBehindTheCoordinates) {
+  using Colours = std::vector<std::array<uint8_t, 4>>;
+  const std::string face = "f 1 2 3\n";
+  EXPECT_EQ(read_obj("v 0 0 0 1 0 0.5\nv 1 0 0 0 0 0\nv 0 1 0 0 1 2e-3\n" + face).colors,
+            (Colours{{255, 0, 128, 255}, {0, 0, 0, 255}, {0, 255, 1, 255}}));
+  EXPECT_EQ(read_obj("v 0 0 0 255 0 8\nv 1 0 0 -3 0 0\nv 0 1 0 999 1 2\n" + face).colors,
+            (Colours{{255, 0, 8, 255}, {0, 0, 0, 255}, {255, 1, 2, 255}}));
+  EXPECT_TRUE(read_obj("v 0 0 0 1\nv 1 0 0 1\nv 0 1 0 1\n" + face).colors.empty());        // weights
+  EXPECT_TRUE(read_obj("v 0 0 0 1 1 1\nv 1 0 0\nv 0 1 0 0 0 0\n" + face).colors.empty());  // not all
+}
+
+TEST(WriteMesh, ColoursComeBack) {
+  TriangleMesh mesh = make_sphere(1);
+  for (size_t i = 0; i < mesh.positions.size(); i++)
+    mesh.colors.push_back({uint8_t(i), uint8_t(255 - i), uint8_t(3 * i), 255});
+  for (const char* name : {"colours.ply", "colours.obj", "colours.glb"}) {
+    write_mesh(temporary(name), mesh);
+    EXPECT_EQ(read_mesh(temporary(name)).colors, mesh.colors) << name;
+  }
+}
+
 TEST(ReadMesh, OffKindsWithColoursAndNormals) {
   TriangleMesh mesh = read_off("CNOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n");
   EXPECT_EQ(mesh.normals.size(), 3u);

@@ -1,4 +1,7 @@
-// Wavefront OBJ: v, vn and f; all groups and objects become one mesh, everything else is skipped.
+// Wavefront OBJ: v (with colours behind the coordinates, as many programs write them), vn and f; all groups
+// and objects become one mesh, everything else is skipped.
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "surface/polygons.h"
@@ -23,6 +26,7 @@ class ObjReader {
       std::string_view keyword = in_.word();
       if (keyword == "v") {
         mesh_.positions.push_back(vector());
+        color();
       } else if (keyword == "vn") {
         file_normals_.push_back(vector());
       } else if (keyword == "f") {
@@ -46,6 +50,14 @@ class ObjReader {
       c = in_.number();
     }
     return v;
+  }
+
+  // Three numbers after the coordinates; a single one is a weight.
+  void color() {
+    std::array<float, 3> c{};
+    size_t count = 0;
+    for (; count < 3 && more(); count++) c[count] = in_.number();
+    if (count == 3) file_colors_.push_back(c);
   }
 
   // A backslash at the end of a line continues it.
@@ -122,11 +134,21 @@ class ObjReader {
     if (count >= kUnset) throw InputError("has more than 2^32 - 2 vertices");
     if (!mesh_.triangles.empty() && largest_ >= count)
       fail_index(largest_face_, int64_t(largest_) + 1, count);
+    if (file_colors_.size() == count) keep_colors();
     if (!keep_normals_ || normal_of_.size() != count) return;
     for (uint32_t n : normal_of_)
       if (n == kUnset) return;
     mesh_.normals.reserve(count);
     for (uint32_t n : normal_of_) mesh_.normals.push_back(file_normals_[n]);
+  }
+
+  // They go to 1, or to 255 if any is larger than 1.
+  void keep_colors() {
+    float largest = 0;
+    for (const auto& c : file_colors_) largest = std::max({largest, c[0], c[1], c[2]});
+    const float scale = largest > 1 ? 1 : 255;
+    auto byte = [scale](float v) { return uint8_t(std::lround(v > 0 ? std::min(scale * v, 255.0f) : 0.0f)); };
+    for (const auto& c : file_colors_) mesh_.colors.push_back({byte(c[0]), byte(c[1]), byte(c[2]), 255});
   }
 
   [[noreturn]] static void fail_index(size_t face, int64_t index, size_t count) {
@@ -136,7 +158,7 @@ class ObjReader {
 
   TextScanner in_;
   TriangleMesh mesh_;
-  std::vector<std::array<float, 3>> file_normals_;
+  std::vector<std::array<float, 3>> file_normals_, file_colors_;
   std::vector<uint32_t> normal_of_;  // of each vertex
   bool keep_normals_ = true;
   size_t faces_ = 0, largest_face_ = 0;

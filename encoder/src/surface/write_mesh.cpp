@@ -1,4 +1,4 @@
-// Writers behind write_mesh (import.h): PLY binary, OBJ, plain GLB.
+// Writers behind write_mesh (import.h): PLY binary, OBJ; GLB is in gltf/.
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <limits>
 
+#include "gltf/gltf.h"
 #include "surface/import.h"
 
 namespace relief {
@@ -53,15 +53,17 @@ std::string ply_bytes(const TriangleMesh& mesh) {
 
 std::string obj_bytes(const TriangleMesh& mesh) {
   std::string out = "# Relief\n";
-  auto vectors = [&out](const char* keyword, const std::vector<std::array<float, 3>>& list) {
-    for (const auto& v : list) {
-      out += keyword;
-      for (float c : v) out += ' ', append_number(out, c);
-      out += '\n';
-    }
+  auto vector = [&out](const char* keyword, const std::array<float, 3>& v) {
+    out += keyword;
+    for (float c : v) out += ' ', append_number(out, c);
   };
-  vectors("v", mesh.positions);
-  vectors("vn", mesh.normals);
+  for (size_t i = 0; i < mesh.positions.size(); i++) {
+    vector("v", mesh.positions[i]);
+    for (size_t k = 0; k < 3 && !mesh.colors.empty(); k++)
+      out += ' ', append_number(out, float(mesh.colors[i][k]) / 255);
+    out += '\n';
+  }
+  for (const auto& n : mesh.normals) vector("vn", n), out += '\n';
   for (const auto& t : mesh.triangles) {
     out += 'f';
     for (uint32_t i : t) {
@@ -87,66 +89,6 @@ std::string xyz_bytes(const TriangleMesh& cloud) {
       out += ' ', append_number(out, unsigned(cloud.colors[i][k]));
     out += '\n';
   }
-  return out;
-}
-
-// The JSON chunk of a scene of one node, one mesh, one primitive; offsets are in the binary chunk.
-std::string glb_json(const TriangleMesh& mesh) {
-  size_t vectors = mesh.positions.size() * 12, normals = mesh.normals.size() * 12;
-  size_t indices = mesh.triangles.size() * 12;
-  std::string views, accessors, bounds[2];
-  size_t view = 0;
-  auto add = [&](size_t offset, size_t bytes, int target, size_t count, const char* type) {
-    if (view > 0) views += ',', accessors += ',';
-    views += "{\"buffer\":0,\"byteOffset\":" + std::to_string(offset) +
-             ",\"byteLength\":" + std::to_string(bytes) + ",\"target\":" + std::to_string(target) + "}";
-    accessors +=
-        "{\"bufferView\":" + std::to_string(view++) + ",\"count\":" + std::to_string(count) + "," + type;
-  };
-  for (int k = 0; k < 3; k++) {
-    auto less = [k](const auto& a, const auto& b) { return a[k] < b[k]; };
-    auto [low, high] = std::minmax_element(mesh.positions.begin(), mesh.positions.end(), less);
-    for (int side = 0; side < 2; side++) {
-      if (k) bounds[side] += ',';
-      append_number(bounds[side], double((side ? *high : *low)[k]));  // as a double: exactly the float
-    }
-  }
-  add(0, vectors, 34962, mesh.positions.size(), "\"componentType\":5126,\"type\":\"VEC3\"");
-  accessors += ",\"min\":[" + bounds[0] + "],\"max\":[" + bounds[1] + "]}";
-  if (normals) {
-    add(vectors, normals, 34962, mesh.normals.size(), "\"componentType\":5126,\"type\":\"VEC3\"");
-    accessors += "}";
-  }
-  add(vectors + normals, indices, 34963, mesh.triangles.size() * 3,
-      "\"componentType\":5125,\"type\":\"SCALAR\"");
-  accessors += "}";
-  std::string json = "{\"asset\":{\"version\":\"2.0\",\"generator\":\"Relief\"},\"scene\":0,";
-  json += "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{";
-  json += normals ? "\"attributes\":{\"POSITION\":0,\"NORMAL\":1},\"indices\":2"
-                  : "\"attributes\":{\"POSITION\":0},\"indices\":1";
-  json += "}]}],\"accessors\":[" + accessors + "],\"bufferViews\":[" + views;
-  json += "],\"buffers\":[{\"byteLength\":" + std::to_string(vectors + normals + indices) + "}]}";
-  return json;
-}
-
-std::string glb_bytes(const TriangleMesh& mesh) {
-  std::string json = glb_json(mesh);
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  uint64_t binary = (mesh.positions.size() + mesh.normals.size() + mesh.triangles.size()) * 12;
-  uint64_t total = 12 + 8 + json.size() + 8 + binary;
-  if (total > std::numeric_limits<uint32_t>::max())
-    throw InputError("the mesh is too large for a GLB file of 4 GB");
-  std::string out;
-  out.reserve(total);
-  auto append_words = [&out](std::initializer_list<uint32_t> words) {
-    for (uint32_t w : words) append_bytes(out, &w, 4);
-  };
-  append_words({0x46546c67u, 2, uint32_t(total), uint32_t(json.size()), 0x4e4f534au});
-  out += json;
-  append_words({uint32_t(binary), 0x004e4942u});
-  append_bytes(out, mesh.positions.data(), mesh.positions.size() * 12);
-  append_bytes(out, mesh.normals.data(), mesh.normals.size() * 12);
-  append_bytes(out, mesh.triangles.data(), mesh.triangles.size() * 12);
   return out;
 }
 
@@ -186,7 +128,7 @@ void write_mesh(const std::string& path, const TriangleMesh& mesh) {
   std::string extension = extension_of(path);
   if (extension == ".ply") return write_atomically(path, ply_bytes(mesh));
   if (extension == ".obj") return write_atomically(path, obj_bytes(mesh));
-  if (extension == ".glb") return write_atomically(path, glb_bytes(mesh));
+  if (extension == ".glb") return write_mesh_gltf(path, mesh);
   throw InputError("unknown format '" + extension + "' to write (known: .ply .obj .glb)");
 }
 
