@@ -20,7 +20,7 @@ const BEYOND = 1.1;  // encodes stay just below their target: the curve is drawn
 // One encode. Exit status 3, a target that could not be met, leaves a stream and its error all the same.
 function encode(model, target, folder) {
   const stream = path.join(folder, 'curve.relief');
-  const { status, stdout, stderr, error } = spawnSync(RELIEF, ['encode', model, stream, '--error', String(target * 1e-4), '--json', '--quiet'],
+  const { status, stdout, stderr, error } = spawnSync(RELIEF, ['encode', model, stream, '--error', String(target * 1e-4), '--no-colors', '--json', '--quiet'],
     { encoding: 'utf8', maxBuffer: 1 << 28 });
   if (error) throw error;
   if (status !== 0 && status !== 3) throw new Error(`${model} at E = ${target}: ${stderr.trim() || `exit status ${status}`}`);

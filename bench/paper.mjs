@@ -54,7 +54,7 @@ const json = (program, ...args) => JSON.parse(run(program, ...args, '--json'));
 // One encode, and what became of it.
 function encode(model, folder, ...options) {
   const stream = path.join(folder, 'paper.relief');
-  const { seconds, primitives: [report] } = json(RELIEF, 'encode', model, stream, '--quiet', ...options);
+  const { seconds, primitives: [report] } = json(RELIEF, 'encode', model, stream, '--no-colors', '--quiet', ...options);
   const { streams: [info] } = json(RELIEF, 'info', stream);
   const { e_rms, psnr, b } = json(RELIEF, 'compare', model, stream);
   const times = Array.from({ length: DECODES }, () => parseFloat(run(path.join(build, 'bench/decode_time'), stream)));
@@ -69,7 +69,7 @@ function encode(model, folder, ...options) {
 // from what comes back, one way.
 function encodePoints(cloud, folder, ...options) {
   const stream = path.join(folder, 'paper.relief');
-  const { seconds, primitives: [report] } = json(RELIEF, 'encode', cloud, stream, '--quiet', ...options);
+  const { seconds, primitives: [report] } = json(RELIEF, 'encode', cloud, stream, '--no-colors', '--quiet', ...options);
   const { streams: [info] } = json(RELIEF, 'info', stream);
   const times = Array.from({ length: DECODES }, () => parseFloat(run(path.join(build, 'bench/decode_time'), stream)));
   return {

@@ -24,7 +24,7 @@ export function measure(model, decoded) {
 // time limit does not.
 export function encode(ply, stream, error) {
   try {
-    run(RELIEF, 'encode', ply, stream, '--error', error, '--quiet');
+    run(RELIEF, 'encode', ply, stream, '--error', error, '--no-colors', '--quiet');
     return true;
   } catch (failure) {
     if (failure.status !== 3 && failure.code !== 'ETIMEDOUT') throw failure;

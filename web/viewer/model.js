@@ -38,9 +38,9 @@ async function loadGltf(bytes, base, decoder) {
   const gltf = await loader.parseAsync(bytes.buffer, base);
   let vertices = 0, triangles = 0;
   gltf.scene.traverse(object => {
-    if (!object.isMesh) return;
     const { geometry } = object;
-    vertices += geometry.attributes.position.count;
+    if (geometry) vertices += geometry.attributes.position.count;
+    if (!object.isMesh) return;
     triangles += (geometry.index ?? geometry.attributes.position).count / 3;
     const at = gltf.parser.associations.get(object);
     const primitive = gltf.parser.json.meshes[at?.meshes]?.primitives[at.primitives];
