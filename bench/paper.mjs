@@ -18,7 +18,7 @@ const DENSITIES = [0.6, 1, 1.4];  // 1/mu
 const APERTURES = [20, 30, 45, 60, 70, 80, 85, 89];
 const DECODES = 5;
 
-const CURVE = [0.25, 0.5, 1, 1.51, 3];  // bits a point of figures 11 and 12
+const CURVE = [0.25, 0.5, 1, 1.51, 3];  // bits a point of figures 11 and 12, a vertex of 14
 
 // What the paper says. Table 1: E fitted and, in brackets there, sampled. Table 2: patches and cost. Tables 3 and 4: bits per
 // vertex (Igea: per point, as the paper has it as points only) or point, E, share of the masks, seconds of decoding. Table 5: seconds.
@@ -109,6 +109,10 @@ const table4 = (model, folder, name) => rates(name).map(([rate]) => encode(model
 const figure13 = (model, folder) => APERTURES.map(aperture =>
   ({ aperture, ...encode(model, folder, '--bpv', '1', '--aperture', String(aperture)) }));
 
+// Error over rate, of meshes, by coder.
+const figure14 = (model, folder) => Object.entries(CODERS).flatMap(([way, options]) =>
+  CURVE.map(rate => ({ way, ...encode(model, folder, '--bpv', String(rate), ...options) })));
+
 // Error over rate, of points, with each of these sets of options.
 const curves = ways => (model, folder) => {
   const cloud = cloudOf(model, folder);
@@ -116,9 +120,10 @@ const curves = ways => (model, folder) => {
     CURVE.map(rate => ({ way, ...encodePoints(cloud, folder, '--bpv', String(rate), ...options) })));
 };
 const PARTITIONS = { GLA: ['--partition', 'gla'], 'split-merge': ['--partition', 'split-merge'] };
+const CODERS = { subband: [], bisk: ['--coder', 'bisk'] };
 const ALLOCATIONS = { 'rate-distortion': ['--coder', 'bisk'], even: ['--coder', 'bisk', '--allocation', 'even'] };
 
-const MEASURES = { 1: table1, 2: table2, 3: table3, 4: table4, 11: curves(PARTITIONS), 12: curves(ALLOCATIONS), 13: figure13 };
+const MEASURES = { 1: table1, 2: table2, 3: table3, 4: table4, 11: curves(PARTITIONS), 12: curves(ALLOCATIONS), 13: figure13, 14: figure14 };
 
 // An icosahedron's triangles split six times: 40,962 vertices.
 function writeSphere(file) {
@@ -153,20 +158,21 @@ const rowsOf = (results, number, row) => Object.entries(results).flatMap(([name,
 
 const figure = (name, number) => `${name}-figure-${number}.svg`;
 
-const curveTables = (results, number) => rowsOf(results, number, (name, values) => {
+const curveTables = (results, number, of) => rowsOf(results, number, (name, values) => {
   const ways = [...new Set(values.map(v => v.way))];
   const columns = ways.map(way => values.filter(v => v.way === way));
-  return [`![${figure(name, number)}](paper/${figure(name, number)})\n\n${table([`${name}, bits a point`, ...ways.flatMap(way => [`E_rms, ${way}`, 'patches'])],
+  return [`![${figure(name, number)}](paper/${figure(name, number)})\n\n${table([`${name}, bits a ${of}`, ...ways.flatMap(way => [`E_rms, ${way}`, 'patches'])],
     CURVE.map((rate, i) => [rate, ...columns.flatMap(column => [fixed(column[i].e_rms, 3), column[i].patches])]))}`];
 }).join('\n');
 
 // The plots of a model's figures: lines run in the order of measuring.
-const AXIS = { text: String, colors: { GLA: '#c2410c', 'split-merge': '#0f766e', 'rate-distortion': '#c2410c', even: '#0f766e' }, line: own => own };
+const AXIS = { text: String, colors: { GLA: '#c2410c', 'split-merge': '#0f766e', 'rate-distortion': '#c2410c', even: '#0f766e', subband: '#c2410c', bisk: '#0f766e' }, line: own => own };
 const PLOTS = {
   11: values => [values.map(v => ({ peer: v.way, settings: `${v.patches} patches`, rate: v.rate, rms: v.e_rms })), { ...AXIS, key: 'rate', label: 'bits a point' }],
   12: values => [values.map(v => ({ peer: v.way, settings: '', rate: v.rate, rms: v.e_rms })), { ...AXIS, key: 'rate', label: 'bits a point' }],
   13: values => [values.map(v => ({ peer: 'GLA', settings: `${v.aperture}°`, patches: v.patches, rms: v.e_rms })),
     { ...AXIS, key: 'patches', label: 'patches' }],
+  14: values => [values.map(v => ({ peer: v.way, settings: `${v.patches} patches`, rate: v.rate, rms: v.e_rms })), { ...AXIS, key: 'rate', label: 'bits a vertex' }],
 };
 function writePlots(results, folder) {
   fs.mkdirSync(folder, { recursive: true });
@@ -210,17 +216,19 @@ const SHOW = {
     }),
     ...Object.entries(PAPER).flatMap(([name, { table5: s }]) => (s ? [[`${name}, paper`, s.clustering, s.sampling, s.allocation, '–']] : [])),
   ]),
-  11: results => curveTables(results, 11),
-  12: results => curveTables(results, 12),
+  11: results => curveTables(results, 11, 'point'),
+  12: results => curveTables(results, 12, 'point'),
   13: results => rowsOf(results, 13, (name, values) => [
     `![${figure(name, 13)}](paper/${figure(name, 13)})\n\n` +
     `${name} at 1 bit a vertex\n\n${table(['aperture', ...values.map(v => `${v.aperture}°`)], [
       ['patches', ...values.map(v => v.patches)], ['E_rms', ...values.map(v => fixed(v.e_rms, 3))],
       ['masks, %', ...values.map(v => fixed(100 * v.masks, 1))]])}`]).join('\n'),
+  14: results => curveTables(results, 14, 'vertex'),
 };
 const TITLES = {
   1: 'Table 1: error of approximation, fitted (sampled)', 2: 'Table 2: patches and cost', 3: 'Table 3: points', 4: 'Table 4: meshes',
   5: 'Table 5: seconds by stage, at the middle rate', 11: 'Figure 11: points, by partition', 12: 'Figure 12: points, by allocation of bits (bisk)', 13: 'Figure 13: patches against error',
+  14: 'Figures 14 and 15: meshes, error over rate',
 };
 
 function page(results) {
