@@ -8,6 +8,9 @@
 // stream is decoded when the first of its views is asked for. Everything else of the scene (materials, names, several
 // primitives, instances, animation) takes GLTFLoader's usual way.
 
+import { linearColors } from './linear.mjs';
+
+export { linearColors };
 export const RELIEF_PATCH_COMPRESSION = 'RELIEF_patch_compression';
 
 const FLOAT = 5126, UNSIGNED_SHORT = 5123;
@@ -92,17 +95,6 @@ function floats(array, accessor, what) {
     throw new Error(`THREE.GLTFLoader: ${what}: the accessor must be VEC3 of floats`);
   }
   return array.buffer;
-}
-
-// IEC 61966-2-1.
-const LINEAR = Uint16Array.from({ length: 256 }, (_, byte) => {
-  const s = byte / 255;
-  return Math.round(65535 * (s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4));
-});
-
-/** Colours of streams are sRGB bytes, four a vertex; those of glTF and three.js are linear, here normalized 16 bits. */
-export function linearColors(colors) {
-  return Uint16Array.from(colors, (byte, i) => (i % 4 === 3 ? 257 * byte : LINEAR[byte]));
 }
 
 function linear(colors, accessor, what) {

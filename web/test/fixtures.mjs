@@ -125,3 +125,35 @@ export function streamsOf(file) {
     return [new Uint8Array(binary.subarray(byteOffset, byteOffset + byteLength))];
   });
 }
+
+// The sphere drawn as points.
+export function pointsGlb() {
+  const { json, binary } = readGlb(sphereGlb());
+  const primitive = json.meshes[0].primitives[0];
+  primitive.mode = 0;
+  json.accessors.splice(primitive.indices, 1);  // the last one
+  delete primitive.indices;
+  const file = path.join(outputs, 'points.glb');
+  writeGlb(file, json, binary);
+  return file;
+}
+
+// A scene with: a mesh of one compressed and one plain primitive, used by two nodes; materials; names; a light node.
+export function mixedGlb() {
+  const { json, binary } = readGlb(sphereGlb());
+  const triangle = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
+  const padded = Buffer.concat([binary, Buffer.alloc(-binary.length & 3)]);
+  json.bufferViews.push({ buffer: 0, byteOffset: padded.length, byteLength: triangle.length });
+  json.accessors.push({ bufferView: json.bufferViews.length - 1, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] });
+  json.buffers[0].byteLength = padded.length + triangle.length;
+  json.materials = [{ name: 'bronze', pbrMetallicRoughness: { baseColorFactor: [0.5, 0.25, 0.125, 1] } }, { name: 'paper' }];
+  json.meshes[0].name = 'statue';
+  json.meshes[0].primitives[0].material = 0;
+  json.meshes[0].primitives.push({ attributes: { POSITION: json.accessors.length - 1 }, material: 1 });
+  json.nodes = [{ name: 'left', mesh: 0, translation: [-2, 0, 0] }, { name: 'right', mesh: 0 }, { name: 'empty', extras: { kept: 7 } }];
+  json.scenes = [{ nodes: [0, 1, 2] }];
+  json.scene = 0;
+  const file = path.join(outputs, 'mixed.glb');
+  writeGlb(file, json, Buffer.concat([padded, triangle]));
+  return file;
+}

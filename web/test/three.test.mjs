@@ -6,7 +6,7 @@ import { createReliefDecoder } from 'relief-gltf';
 import { linearColors, RELIEF_PATCH_COMPRESSION, ReliefPatchCompression } from 'relief-gltf/three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-import { outputs, paintedGlb, readGlb, run, scratch, sphereGlb, streamsOf, writeGlb } from './fixtures.mjs';
+import { mixedGlb, outputs, paintedGlb, pointsGlb, readGlb, run, scratch, sphereGlb, streamsOf, writeGlb } from './fixtures.mjs';
 
 async function load(file, decoder) {
   const loader = new GLTFLoader();
@@ -41,13 +41,7 @@ test('a Relief GLB loads with the arrays that the decoder returns', async () => 
 
 test('a compressed primitive of points loads as points', async () => {
   const decoder = await createReliefDecoder();
-  const { json, binary } = readGlb(sphereGlb());
-  const primitive = json.meshes[0].primitives[0];
-  primitive.mode = 0;
-  json.accessors.splice(primitive.indices, 1);  // the last one
-  delete primitive.indices;
-  const file = `${outputs}/points.glb`;
-  writeGlb(file, json, binary);
+  const file = pointsGlb();
   const expected = decoder.decode(streamsOf(file)[0]);
   const { gltf } = await load(file, decoder);
   const points = [];
@@ -74,29 +68,9 @@ test('colours arrive linear, in 16 bits', async () => {
   assert.equal(decoder.decode(streamsOf(file)[0], { colors: false }).colors, null);
 });
 
-// A scene with: a mesh of one compressed and one plain primitive, used by two nodes; materials; names; a light node.
-function mixedScene() {
-  const { json, binary } = readGlb(sphereGlb());
-  const triangle = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
-  const padded = Buffer.concat([binary, Buffer.alloc(-binary.length & 3)]);
-  json.bufferViews.push({ buffer: 0, byteOffset: padded.length, byteLength: triangle.length });
-  json.accessors.push({ bufferView: json.bufferViews.length - 1, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] });
-  json.buffers[0].byteLength = padded.length + triangle.length;
-  json.materials = [{ name: 'bronze', pbrMetallicRoughness: { baseColorFactor: [0.5, 0.25, 0.125, 1] } }, { name: 'paper' }];
-  json.meshes[0].name = 'statue';
-  json.meshes[0].primitives[0].material = 0;
-  json.meshes[0].primitives.push({ attributes: { POSITION: json.accessors.length - 1 }, material: 1 });
-  json.nodes = [{ name: 'left', mesh: 0, translation: [-2, 0, 0] }, { name: 'right', mesh: 0 }, { name: 'empty', extras: { kept: 7 } }];
-  json.scenes = [{ nodes: [0, 1, 2] }];
-  json.scene = 0;
-  const file = `${outputs}/mixed.glb`;
-  writeGlb(file, json, Buffer.concat([padded, triangle]));
-  return file;
-}
-
 test('materials, names, plain primitives and instances of a mixed scene are kept', async () => {
   const decoder = await createReliefDecoder();
-  const file = mixedScene();
+  const file = mixedGlb();
   const { gltf, meshes, stats } = await load(file, decoder);
   const children = Object.fromEntries(gltf.scene.children.map(child => [child.name, child]));
   assert.deepEqual(Object.keys(children), ['left', 'right', 'empty']);
@@ -111,8 +85,8 @@ test('materials, names, plain primitives and instances of a mixed scene are kept
 
 test('natively decoded, the mixed scene has the same vertices', async () => {
   const plain = `${outputs}/mixed-plain.glb`;
-  run('relief', 'decode', mixedScene(), plain, '--quiet');
-  const [a, b] = [await load(mixedScene(), await createReliefDecoder()), await load(plain, null)];
+  run('relief', 'decode', mixedGlb(), plain, '--quiet');
+  const [a, b] = [await load(mixedGlb(), await createReliefDecoder()), await load(plain, null)];
   assert.deepEqual(b.meshes.map(m => m.geometry.attributes.position.array), a.meshes.map(m => m.geometry.attributes.position.array));
   assert.deepEqual(b.meshes.map(m => m.geometry.index?.array), a.meshes.map(m => m.geometry.index?.array));
   assert.deepEqual(b.meshes.map(m => m.name), a.meshes.map(m => m.name));

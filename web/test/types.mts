@@ -1,6 +1,9 @@
 // Compiled by package.test.mjs, never run: the public interface as an application uses it.
 import { createReliefDecoder, ReliefError, type ReliefIncremental, type ReliefInfo, type ReliefMesh } from 'relief-gltf';
-import { ReliefPatchCompression } from 'relief-gltf/three';
+import { registerRelief } from 'relief-gltf/babylon';
+import { ReliefPatchCompression as ReliefReader } from 'relief-gltf/gltf-transform';
+import { linearColors, ReliefPatchCompression } from 'relief-gltf/three';
+import { NodeIO } from '@gltf-transform/core';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const decoder = await createReliefDecoder({ workers: 2 });
@@ -15,6 +18,10 @@ const incremental: ReliefIncremental = decoder.incremental({ level: 1 });
 const sofar: ReliefMesh | null = incremental.push(new Uint8Array(8)) ?? incremental.push(new ArrayBuffer(8), { mesh: false });
 console.log(sofar?.vertexCount);
 own.dispose();
+const colors: Uint16Array | null = mesh.colors && linearColors(mesh.colors);
+console.log(colors?.length, info.hasColors);
+registerRelief(decoder);
+new NodeIO().registerExtensions([ReliefReader]).registerDependencies({ 'relief.decoder': decoder });
 new GLTFLoader().register(parser => new ReliefPatchCompression(parser, decoder));
 try {
   decoder.decode(new Uint8Array(info.masksEnd));
