@@ -371,6 +371,19 @@ TEST(Points, ColoursKeepWithinABudget) {
   EXPECT_GT(result.color_bytes, 500u);
 }
 
+// What they do not need goes into the surface.
+TEST(Points, PlainColoursLeaveTheBudgetToTheSurface) {
+  TriangleMesh white = painted_sphere(12000);
+  for (auto& c : white.colors) c = {255, 255, 255, 255};
+  EncodeOptions options;
+  options.bytes = 2000;
+  const EncodeResult result = encode(white, options);
+  EXPECT_TRUE(result.target_met);
+  EXPECT_LE(result.stream.size(), options.bytes);
+  EXPECT_GE(double(result.stream.size()), 0.98 * double(options.bytes));
+  EXPECT_LT(result.color_bytes, 300u);
+}
+
 TEST(Points, ColoursCanBeLeftOut) {
   EncodeOptions options;
   options.error = 20 * kE;

@@ -523,6 +523,38 @@ void code_colours(const TriangleMesh& input, const EncodeOptions& options, doubl
   result.target_met = result.target_met && coded.met;
 }
 
+// The surface and its colours. Where bytes are the target, the surface takes what colours leave: all but
+// their usual share at first, then, if they could do with less, once more all but that.
+Outcome encode_coloured(Job& m, const TriangleMesh& input, const EncodeOptions& asked, EncodeResult& result,
+                        Stopwatch& watch) {
+  constexpr double kColourShare = 0.3, kFull = 0.985;
+  const bool coloured = !input.colors.empty() && asked.color_error > 0;
+  const double all = wanted_bytes(input, asked);
+  double bytes = all * (coloured ? 1 - kColourShare : 1);
+  for (bool last = !coloured || all == 0;; last = true) {
+    Outcome best = best_partition(m, asked, bytes, watch);
+    result.target_met = best.met && excess(best.trial, asked, bytes) <= 0;
+    result.stream = best.trial.stream;
+    if (coloured) {
+      code_colours(input, asked, all, result);
+      watch.lap("colours");
+    }
+    if (last || double(result.stream.size()) >= kFull * all) return best;
+    bytes = all - double(result.color_bytes);
+  }
+}
+
+// With progress that never falls, whoever reports it.
+EncodeOptions with_rising_progress(EncodeOptions options) {
+  if (!options.progress) return options;
+  options.progress = [report = options.progress, most = std::make_shared<double>(0)](const char* stage,
+                                                                                     double done) {
+    *most = std::max(*most, done);
+    report(stage, *most);
+  };
+  return options;
+}
+
 }  // namespace
 
 EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
@@ -535,22 +567,13 @@ EncodeResult encode(const TriangleMesh& input, const EncodeOptions& options) {
     watch.lap("points");
   }
   const TriangleMesh& mesh = points ? points->mesh() : input;
-  Job m = {mesh, points ? &*points : nullptr, options, effort_of(options.effort)};
+  const EncodeOptions asked = with_rising_progress(options);
+  Job m = {mesh, points ? &*points : nullptr, asked, effort_of(options.effort)};
   prepare(m, watch);
-  constexpr double kColourShare = 0.3;  // of the bytes
-  const bool coloured = !input.colors.empty() && options.color_error > 0;
-  const double all_bytes = wanted_bytes(input, options),
-               bytes = all_bytes * (coloured ? 1 - kColourShare : 1);
-  Outcome best = best_partition(m, options, bytes, watch);
+  Outcome best = encode_coloured(m, input, asked, result, watch);
   Trial& trial = best.trial;
-  result.target_met = best.met && excess(trial, options, bytes) <= 0;
-  result.stream = std::move(trial.stream);
   result.unquantised = std::move(trial.unquantised);
   result.error = trial.error;
-  if (coloured) {
-    code_colours(input, options, all_bytes, result);
-    watch.lap("colours");
-  }
   if (points) {
     const auto& more = points->warnings();
     result.warnings.insert(result.warnings.end(), more.begin(), more.end());

@@ -120,7 +120,9 @@ CodedColours add_colours(const TriangleMesh& input, const ColourTarget& target,
   const Colourer colourer(stream, images);
   // Bisection on the step, in its logarithm. What keeps within the target is a large step for bytes, a small
   // one for the error.
-  double low = std::log(double(kLeastColourStep)), high = std::log(double(kMostColourStep));
+  constexpr uint32_t kFinestForBytes = 512;  // errs by about a level: finer steps would code noise
+  double low = std::log(double(target.bytes ? kFinestForBytes : kLeastColourStep)),
+         high = std::log(double(kMostColourStep));
   double x = std::log(256 * 2 * (target.bytes ? 4 : target.error));
   CodedColours result;
   std::vector<uint8_t> best;

@@ -6,7 +6,7 @@ namespace relief {
 
 struct ColourTarget {
   double error;  // rms over red, green and blue of all vertices of patches, levels of a byte
-  size_t bytes;  // of the stream with its colours; 0: the error is the target
+  size_t bytes;  // of the stream with its colours, which may take fewer; 0: the error is the target
 };
 
 struct CodedColours {
