@@ -6,11 +6,18 @@
 namespace relief {
 namespace {
 
+// Code for size leaves shortcuts away.
+#ifdef __OPTIMIZE_SIZE__
+constexpr bool kSmall = true;
+#else
+constexpr bool kSmall = false;
+#endif
+
 constexpr uint32_t kMaxEarFace = 256;  // corners of a face that is closed by ears; larger ones get a fan
 constexpr uint32_t kBestFace = 24;     // corners up to which the best of all triangulations is found
 
 bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
-  if (g.n.next[a] == b || g.n.prev[a] == b || g.neighbouring_pixels(a, b)) return true;
+  if (g.n[a].next == b || g.n[a].prev == b || neighbouring_pixels(g.n[a], g.n[b])) return true;
   for (uint32_t i = g.slot_begin[a]; i < g.slot_begin[a + 1]; i++)
     if (g.slots[i].to == b && g.is_in(i)) return true;
   for (uint32_t i = g.diagonals[a]; i != kNone; i = g.diagonal[i].next)
@@ -43,9 +50,9 @@ bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
 
 // The unit normal of a triangle; zero if it has none.
 void normal_of(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, int16_t unit[3]) {
-  double u[3], v[3], w[3];
-  g.difference(b, c, u);
-  g.difference(b, a, v);
+  int64_t u[3], v[3], w[3];
+  difference(g.n[b], g.n[c], u);
+  difference(g.n[b], g.n[a], v);
   cross(u, v, w);
   unit_vector(w, unit);
 }
@@ -54,9 +61,10 @@ void normal_of(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, int16_t unit[3
 // turned over.
 int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3]) {
   if (!(unit[0] | unit[1] | unit[2])) return -kUnit;
-  const int64_t sum = int64_t(dot(unit, g.n.normal[a])) + dot(unit, g.n.normal[b]) + dot(unit, g.n.normal[c]);
-  return sum / (3 * kUnit);
+  return (dot(unit, g.n[a].normal) + dot(unit, g.n[b].normal) + dot(unit, g.n[c].normal)) / (3 * kUnit);
 }
+
+int32_t distance(const Gaps& g, uint32_t a, uint32_t b) { return int32_t(root(distance2(g.n[a], g.n[b]))); }
 
 constexpr int64_t kNoEar = INT64_MAX;
 
@@ -73,7 +81,7 @@ int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   if (a == c || has_edge(g, a, c)) return kNoEar;
   int16_t unit[3];
   normal_of(g, a, b, c, unit);
-  return weigh(g, root(g.distance2(a, c)), alignment(g, a, b, c, unit));
+  return weigh(g, distance(g, a, c), alignment(g, a, b, c, unit));
 }
 
 // Cuts off ears until `few` corners are left or none can be cut. Returns the number of corners left in q.
@@ -91,7 +99,7 @@ uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
       cost[best] = kNoEar;
       continue;
     }
-    room = room && add_triangle(g, g.n.vertex[a], g.n.vertex[b], g.n.vertex[c]);
+    room = room && add_triangle(g, g.n[a].vertex, g.n[b].vertex, g.n[c].vertex);
     add_diagonal(g, a, c);
     m--;
     memmove(q + best, q + best + 1, (m - best) * sizeof(q[0]));
@@ -106,9 +114,10 @@ uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
 // that of the part between corners i and j, split at corner at[i][j].
 struct Triangulation {
   int64_t best[kBestFace][kBestFace];
+  int32_t length[kBestFace][kBestFace];  // from corner to corner
+  // of the triangle on the part's diagonal; zero where there is none
+  int16_t normal[kBestFace][kBestFace][3];
   uint8_t at[kBestFace][kBestFace];
-  int16_t normal[kBestFace][kBestFace]
-                [3];  // of the triangle on the part's diagonal; zero where there is none
 };
 
 // Of two triangles that are folded onto one another: as for one that is turned over.
@@ -117,18 +126,13 @@ int64_t cost_of_folding(const Gaps& g, const int16_t a[3], const int16_t b[3]) {
   return d < -kUnit * 7 / 8 ? 100 * int64_t(g.options.spacing) * -d : 0;
 }
 
-int64_t triangle_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3]) {
-  return weigh(g, root(g.distance2(a, b)) + root(g.distance2(b, c)) + root(g.distance2(c, a)),
-               alignment(g, a, b, c, unit));
-}
-
 // What it costs to make an edge a second time: a vertex in its middle keeps the two apart.
 int64_t cost_of_splitting(const Gaps& g) { return 8 * int64_t(g.options.spacing) * kUnit; }
 
 // The normal beyond a side of a polygon: the patch's along its border, else unknown, zero.
 void normal_beyond(const Gaps& g, uint32_t a, uint32_t b, int16_t out[3]) {
   for (int k = 0; k < 3; k++)
-    out[k] = g.n.prev[a] == b ? int16_t((g.n.normal[a][k] + g.n.normal[b][k]) / 2) : int16_t(0);
+    out[k] = g.n[a].prev == b ? int16_t((g.n[a].normal[k] + g.n[b].normal[k]) / 2) : int16_t(0);
 }
 
 // The node across the diagonal from corner i to corner j.
@@ -146,9 +150,12 @@ void find_part(const Gaps& g, const uint32_t* q, uint32_t i, uint32_t j, const i
     const uint32_t a = q[i], b = q[k], c = q[j];
     if (t.best[i][k] == kNoEar || t.best[k][j] == kNoEar || a == b || b == c || c == a) continue;
     if (across(t, q, i, k) == c || across(t, q, k, j) == a) continue;
+    const int64_t parts = t.best[i][k] + t.best[k][j],
+                  around = t.length[i][k] + t.length[k][j] + t.length[i][j];
+    if (parts + around * kUnit >= t.best[i][j]) continue;  // weigh gives at least that
     int16_t unit[3];
     normal_of(g, a, b, c, unit);
-    const int64_t cost = t.best[i][k] + t.best[k][j] + triangle_cost(g, a, b, c, unit) +
+    const int64_t cost = parts + weigh(g, around, alignment(g, a, b, c, unit)) +
                          cost_of_folding(g, unit, t.normal[i][k]) + cost_of_folding(g, unit, t.normal[k][j]) +
                          cost_of_folding(g, unit, beyond);
     if (cost >= t.best[i][j]) continue;
@@ -158,10 +165,11 @@ void find_part(const Gaps& g, const uint32_t* q, uint32_t i, uint32_t j, const i
   }
 }
 
-void find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulation& t) {
+bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulation& t) {
   for (uint32_t i = 0; i + 1 < m; i++) {
     t.best[i][i + 1] = 0;
     normal_beyond(g, q[i], q[i + 1], t.normal[i][i + 1]);
+    for (uint32_t j = i + 1; j < m; j++) t.length[i][j] = distance(g, q[i], q[j]);
   }
   constexpr int16_t kUnknown[3] = {0, 0, 0};
   for (uint32_t span = 2; span + 1 < m; span++)
@@ -173,6 +181,44 @@ void find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulat
   int16_t beyond[3];
   normal_beyond(g, q[m - 1], q[0], beyond);
   find_part(g, q, 0, m - 1, beyond, t);
+  return t.best[0][m - 1] != kNoEar;
+}
+
+// What the two triangles along the diagonal between corners r and r + 2 of a quad cost.
+int64_t cost_of_diagonal(const Gaps& g, const uint32_t* q, uint32_t r, const int32_t side[4],
+                         const int16_t beyond[4][3], int64_t length) {
+  int16_t unit[2][3];
+  int64_t cost = 0;
+  for (uint32_t x = 0; x < 2; x++) {
+    const uint32_t i = (r + 2 * x) % 4, j = (i + 1) % 4, k = (i + 2) % 4;
+    normal_of(g, q[i], q[j], q[k], unit[x]);
+    cost += weigh(g, length + side[i] + side[j], alignment(g, q[i], q[j], q[k], unit[x])) +
+            cost_of_folding(g, unit[x], beyond[i]) + cost_of_folding(g, unit[x], beyond[j]);
+  }
+  if (has_edge(g, q[r], q[r + 2])) cost += cost_of_splitting(g);
+  return cost + cost_of_folding(g, unit[0], unit[1]);
+}
+
+// Whether the triangulation of a quad is that along the diagonal from corner 1: what find_triangulation
+// finds, but mostly with a look at the shorter diagonal only. Its corners are different nodes.
+bool is_second_diagonal_better(const Gaps& g, const uint32_t* q) {
+  int32_t side[4];
+  int16_t beyond[4][3];
+  int64_t sides = 0, length[2], least[2];
+  for (uint32_t i = 0; i < 4; i++) {
+    side[i] = distance(g, q[i], q[(i + 1) % 4]);
+    sides += side[i];
+    normal_beyond(g, q[i], q[(i + 1) % 4], beyond[i]);
+  }
+  for (uint32_t r = 0; r < 2; r++) {
+    length[r] = distance(g, q[r], q[r + 2]);
+    least[r] = (sides + 2 * length[r]) * kUnit;  // weigh gives at least that
+  }
+  const uint32_t first = least[1] < least[0], other = 1 - first;
+  const int64_t cost = cost_of_diagonal(g, q, first, side, beyond, length[first]);
+  if (least[other] > cost) return first;
+  const int64_t rest = cost_of_diagonal(g, q, other, side, beyond, length[other]);
+  return first ? cost <= rest : rest <= cost;  // of equal ones the second
 }
 
 // The corners i to j of a polygon: a triangle on the diagonal between them, and what that leaves over.
@@ -183,14 +229,14 @@ struct Part {
 
 // Makes the diagonal from a to b between the triangles with c and d; split if there is such an edge, by a
 // vertex a sixteenth of the way from its middle to one of theirs, so that the two edges do not lie in one
-// place: the other one in a face with the same corners in reverse, as there are on both sides of what is thin.
-// False: no room.
+// place: the other one in a face with the same corners in reverse, as there are on both sides of what is
+// thin. False: no room.
 bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
   if (!has_edge(g, a, b)) {
     add_diagonal(g, a, b);
     return true;
   }
-  const int32_t *from = g.n.position[a], *to = g.n.position[b], *towards = g.n.position[a < b ? d : c];
+  const int32_t *from = g.n[a].position, *to = g.n[b].position, *towards = g.n[a < b ? d : c].position;
   int64_t p[3];
   for (int k = 0; k < 3; k++) p[k] = (15 * (int64_t(from[k]) + to[k]) + 2 * int64_t(towards[k])) / 32;
   return add_vertex(g, p, middle);
@@ -200,7 +246,7 @@ bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint
 bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3]) {
   uint32_t v[6], n = 0, first = 0;
   for (int side = 0; side < 3; side++) {
-    v[n++] = g.n.vertex[node[side]];
+    v[n++] = g.n[node[side]].vertex;
     if (middle[side] == kNone) continue;
     if (first == 0) first = n;
     v[n++] = middle[side];
@@ -210,11 +256,25 @@ bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3
   return true;
 }
 
+bool all_distinct(Gaps& g, const uint32_t* q, uint32_t m) {
+  g.mark_count++;
+  for (uint32_t i = 0; i < m; i++) {
+    if (g.mark[q[i]] == g.mark_count) return false;
+    g.mark[q[i]] = g.mark_count;
+  }
+  return true;
+}
+
 // Adds the triangles of the best triangulation. False, with nothing added, if there is none.
 bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   Triangulation t;
-  find_triangulation(g, q, m, t);
-  if (t.best[0][m - 1] == kNoEar) return false;
+  if (!kSmall && m == 4 && q[0] != q[2] && q[1] != q[3]) {
+    const bool second = is_second_diagonal_better(g, q);
+    t.at[0][3] = second ? 1 : 2;
+    t.at[0][2] = 1, t.at[1][3] = 2;
+  } else if (!find_triangulation(g, q, m, t)) {
+    return false;
+  }
   Part parts[kBestFace];  // a queue
   parts[0] = {0, uint8_t(m - 1), kNone};
   uint32_t count = 1;
@@ -236,21 +296,12 @@ bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   return true;
 }
 
-bool all_distinct(Gaps& g, const uint32_t* q, uint32_t m) {
-  g.mark_count++;
-  for (uint32_t i = 0; i < m; i++) {
-    if (g.mark[q[i]] == g.mark_count) return false;
-    g.mark[q[i]] = g.mark_count;
-  }
-  return true;
-}
-
 bool add_fan(Gaps& g, uint32_t m, const int64_t middle[3], const uint32_t* rim, uint32_t first) {
   uint32_t centre;
   if (!add_vertex(g, middle, centre)) return false;
   for (uint32_t i = 0; i < m; i++) {
     const uint32_t j = (i + 1) % m;
-    if (!add_triangle(g, rim ? g.n.vertex[rim[i]] : first + i, rim ? g.n.vertex[rim[j]] : first + j, centre))
+    if (!add_triangle(g, rim ? g.n[rim[i]].vertex : first + i, rim ? g.n[rim[j]].vertex : first + j, centre))
       return false;
   }
   return true;
@@ -262,12 +313,12 @@ void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int6
   const uint32_t node = q[i], before = q[(i + m - 1) % m], after = q[(i + 1) % m];
   int64_t d[3], square = 0;
   for (int k = 0; k < 3; k++) {
-    d[k] = int64_t(g.n.position[before][k]) + g.n.position[after][k] - 2 * int64_t(g.n.position[node][k]);
+    d[k] = int64_t(g.n[before].position[k]) + g.n[after].position[k] - 2 * int64_t(g.n[node].position[k]);
     square += d[k] * d[k];
   }
-  const int64_t reach = g.n.spacing[node] / 4, length = root(square) + 1;
+  const int64_t reach = g.n[node].spacing / 4, length = root(square) + 1;
   for (int k = 0; k < 3; k++)
-    out[k] = g.n.position[node][k] + (length > reach ? d[k] * reach / length : d[k]);
+    out[k] = g.n[node].position[k] + (length > reach ? d[k] * reach / length : d[k]);
 }
 
 // Closes a face around its middle: by a fan, or, where a node comes twice on its rim, by a ring of new
@@ -275,7 +326,7 @@ void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int6
 bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   int64_t middle[3] = {0, 0, 0};
   for (uint32_t i = 0; i < m; i++)
-    for (int k = 0; k < 3; k++) middle[k] += g.n.position[q[i]][k];
+    for (int k = 0; k < 3; k++) middle[k] += g.n[q[i]].position[k];
   for (int64_t& c : middle) c /= m;
   if (!open && all_distinct(g, q, m)) return add_fan(g, m, middle, q, 0);
   const uint32_t first = g.mesh.vertex_count;
@@ -286,7 +337,7 @@ bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
     if (!add_vertex(g, p, vertex)) return false;
   }
   for (uint32_t i = 0; i < m; i++) {
-    const uint32_t j = (i + 1) % m, u = g.n.vertex[q[i]], v = g.n.vertex[q[j]];
+    const uint32_t j = (i + 1) % m, u = g.n[q[i]].vertex, v = g.n[q[j]].vertex;
     if (!add_triangle(g, u, v, first + i) || !add_triangle(g, v, first + j, first + i)) return false;
   }
   return open || add_fan(g, m, middle, nullptr, first);
@@ -306,7 +357,7 @@ bool close_face(Gaps& g, uint32_t m) {
   if (m < 3) return true;
   bool room = true;
   if (m == 3 && q[0] != q[1] && q[1] != q[2] && q[2] != q[0])
-    return add_triangle(g, g.n.vertex[q[0]], g.n.vertex[q[1]], g.n.vertex[q[2]]);
+    return add_triangle(g, g.n[q[0]].vertex, g.n[q[1]].vertex, g.n[q[2]].vertex);
   if (m > kBestFace && m <= kMaxEarFace) m = clip_ears(g, q, m, kBestFace, room);
   if (m <= kBestFace && fill_best(g, q, m, room)) return room;
   return room && close_around_middle(g, q, m, false);
@@ -319,20 +370,20 @@ relief_status close_faces(Gaps& g) {
     g.diagonals[v] = kNone;
     g.open_corner[v] = 0;
     g.mark[v] = 0;
+    g.corner[v].face = v;
+    for (uint32_t s = g.slot_begin[v]; s < g.slot_begin[v + 1]; s++)
+      g.corner[g.corner_of(s)].face = g.is_in(s) ? v : kNone;
   }
-  const uint32_t corners = g.count + g.slot_begin[g.count];
-  for (uint32_t c = 0; c < corners; c++) g.face_of_corner[c] = kNone;
   const GapOptions& o = g.options;
   NumberList holes = {g.seams.p, g.seams.end};
   if (o.seams) holes.advance();
   g.face_count = g.diagonal_count = g.mark_count = 0;
-  auto close = [&](uint32_t start, uint32_t node) {
+  auto close = [&](uint32_t start) {
     uint32_t m = 0, c = start;
     do {
-      g.face[m++] = node;
-      g.face_of_corner[c] = g.face_count;
-      node = c < g.count ? g.n.prev[node] : g.slots[c - g.count].to;
-      c = g.next_corner[c];
+      g.face[m++] = g.corner[c].face;
+      g.corner[c].face = kNone;
+      c = g.corner[c].next;
     } while (c != start);
     g.face_count++;
     if (kTracing && o.trace && o.trace->count < o.trace->capacity)
@@ -345,11 +396,9 @@ relief_status close_faces(Gaps& g) {
     return open ? leave_open(g, g.face, m) : close_face(g, m);
   };
   bool room = true;
-  for (uint32_t v = 0; v < g.count && room; v++)
-    if (g.face_of_corner[v] == kNone) room = close(v, v);
-  for (uint32_t s = 0; s < g.slot_begin[g.count] && room; s++)
-    if (g.is_in(s) && g.face_of_corner[g.corner_of(s)] == kNone)
-      room = close(g.corner_of(s), g.slots[g.slots[s].twin].to);
+  const uint32_t corners = g.corner_of(g.slot_begin[g.count]);
+  for (uint32_t c = 0; c < corners && room; c++)
+    if (g.corner[c].face != kNone) room = close(c);
   return !room ? RELIEF_ERROR_OUTPUT : holes.good ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 

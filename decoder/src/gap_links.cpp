@@ -15,18 +15,21 @@ namespace {
 
 // Refused beyond kMaxDegree links at a node.
 void add_link(Gaps& g, uint32_t a, uint32_t b, int64_t length) {
-  if (g.link_count == g.link_capacity || g.degree[a] == kMaxDegree || g.degree[b] == kMaxDegree) return;
-  g.degree[a]++, g.degree[b]++;
+  uint32_t* const degree = g.slot_begin + 1;  // until build_slots
+  if (g.link_count == g.link_capacity || degree[a] == kMaxDegree || degree[b] == kMaxDegree) return;
+  degree[a]++, degree[b]++;
   const int64_t rank = length * 4096 / (g.options.spacing + 1);
-  g.links[g.link_count++] = {a, b, kNone, uint16_t(rank < 0xffff ? rank : 0xffff), LinkKind::kPlain};
+  const uint16_t cut = uint16_t(rank < 0xffff ? rank : 0xffff);
+  g.links[g.link_count] = {{a, b}, {}, g.link_count, cut, LinkKind::kPlain};
+  g.link_count++;
 }
 
 void link_partners(Gaps& g) {
   g.link_count = 0;
-  for (uint32_t v = 0; v < g.count; v++) g.degree[v] = 0;
+  memset(g.slot_begin, 0, (size_t(g.count) + 1) * sizeof(uint32_t));
   for (uint32_t v = 0; v < g.count; v++) {
-    const uint32_t u = g.nearest[v];
-    if (u == kNone || (g.nearest[u] == v && u < v)) continue;
+    const uint32_t u = g.n[v].nearest;
+    if (u == kNone || (g.n[u].nearest == v && u < v)) continue;
     add_link(g, v, u, g.distance[v]);
   }
 }
@@ -35,10 +38,9 @@ void trace_links(Gaps& g) {
   GapTrace* t = g.options.trace;
   if (!kTracing || !t) return;
   for (t->node_count = 0; t->node_count < g.count && t->node_count < t->node_capacity; t->node_count++)
-    t->nodes[t->node_count] = g.n.vertex[t->node_count];
+    t->nodes[t->node_count] = g.n[t->node_count].vertex;
   for (t->link_count = 0; t->link_count < g.link_count && t->link_count < t->link_capacity; t->link_count++) {
-    t->links[t->link_count][0] = g.links[t->link_count].a;
-    t->links[t->link_count][1] = g.links[t->link_count].b;
+    memcpy(t->links[t->link_count], g.links[t->link_count].node, sizeof t->links[0]);
   }
 }
 
@@ -52,7 +54,7 @@ bool mark_links(Gaps& g, LinkKind kind) {
 }
 
 bool linked(const Gaps& g, uint32_t a, uint32_t b) {
-  const uint32_t u = g.nearest[a], w = g.nearest[b];
+  const uint32_t u = g.n[a].nearest, w = g.n[b].nearest;
   return u == b || w == a;
 }
 
@@ -63,35 +65,33 @@ bool add_links(Gaps& g) {
     const uint32_t a = g.seams.next - 1, ahead = g.seams.varint();
     if (a >= g.count || ahead == 0 || ahead >= g.count - a) return false;
     const uint32_t b = a + ahead, before = g.link_count;
-    if (g.neighbouring_pixels(a, b) || linked(g, a, b)) continue;
-    add_link(g, a, b, root(g.distance2(a, b)));
+    if (neighbouring_pixels(g.n[a], g.n[b]) || linked(g, a, b)) continue;
+    add_link(g, a, b, root(distance2(g.n[a], g.n[b])));
     if (g.link_count > before) g.links[before].kind = LinkKind::kHandle;
   }
   return g.seams.good;
 }
 
-// Lists the ends of the links at each node. None is on a rim until the link is put in.
+// Lists the ends of the links at each node.
 void build_slots(Gaps& g) {
-  memset(g.slot_begin, 0, (size_t(g.count) + 1) * sizeof(uint32_t));
-  for (uint32_t i = 0; i < g.link_count; i++)
-    g.slot_begin[g.links[i].a + 1]++, g.slot_begin[g.links[i].b + 1]++;
-  for (uint32_t v = 0; v < g.count; v++) g.slot_begin[v + 1] += g.slot_begin[v];
-  for (uint32_t v = 0; v < g.count; v++) g.mark[v] = g.slot_begin[v];
+  for (uint32_t v = 0; v < g.count; v++) {
+    g.slot_begin[v + 1] += g.slot_begin[v];
+    g.mark[v] = g.slot_begin[v];
+  }
   for (uint32_t i = 0; i < g.link_count; i++) {
-    const Link& l = g.links[i];
-    const uint32_t s = g.mark[l.a]++, t = g.mark[l.b]++;
-    g.slots[s] = {l.b, t, i};
-    g.slots[t] = {l.a, s, i};
+    Link& l = g.links[i];
+    for (int end = 0; end < 2; end++) l.slot[end] = g.mark[l.node[end]]++;
+    for (int end = 0; end < 2; end++) g.slots[l.slot[end]] = {l.node[1 - end], l.slot[1 - end], i};
   }
 }
 
 // Steps along the border from a to b, or kNone if they are not near one another on one loop.
 uint32_t steps_ahead(const Gaps& g, uint32_t a, uint32_t b) {
   constexpr uint32_t kNear = 16;
-  if (g.loop[a] != g.loop[b]) return kNone;
-  const uint32_t length = g.loop_length[g.loop[a]];
+  if (g.n[a].loop != g.n[b].loop) return kNone;
+  const uint32_t length = g.loop_length[g.n[a].loop];
   const uint32_t ahead =
-      g.place[b] >= g.place[a] ? g.place[b] - g.place[a] : g.place[b] + length - g.place[a];
+      g.n[b].place >= g.n[a].place ? g.n[b].place - g.n[a].place : g.n[b].place + length - g.n[a].place;
   return ahead <= kNear && ahead < length / 2 ? ahead : kNone;
 }
 
@@ -99,12 +99,14 @@ uint32_t steps_ahead(const Gaps& g, uint32_t a, uint32_t b) {
 // direction, scaled to 30 bits.
 void link_angle(const Gaps& g, uint32_t v, uint32_t to, int64_t out[2]) {
   int64_t d[3], c[3];
-  g.difference(v, to, d);
-  const int64_t inward[3] = {-g.outward[v][0], -g.outward[v][1], -g.outward[v][2]};
+  difference(g.n[v], g.n[to], d);
+  const int64_t inward[3] = {-g.n[v].outward[0], -g.n[v].outward[1], -g.n[v].outward[2]};
   out[0] = (inward[0] * d[0] + inward[1] * d[1] + inward[2] * d[2]) * kUnit;
   cross(inward, d, c);
-  out[1] = dot(c, g.n.normal[v]);
-  while (absolute(out[0]) >= 1 << 30 || absolute(out[1]) >= 1 << 30) out[0] /= 2, out[1] /= 2;
+  out[1] = dot(c, g.n[v].normal);
+  const int bits = bits_of(absolute(out[0]) | absolute(out[1]) | 1);
+  if (bits <= 30) return;
+  for (int k = 0; k < 2; k++) out[k] = scale_down(out[k], bits - 30);
 }
 
 // Whether direction a comes before b, counter-clockwise from the inward direction.
@@ -114,48 +116,49 @@ bool angle_before(const int64_t a[2], const int64_t b[2]) {
   return a[0] * b[1] - a[1] * b[0] > 0;
 }
 
-// Links to one border come in the reverse of its order, whatever the angles, which tell little where the
-// surface is sharp; others by their angles.
-bool slot_before(const Gaps& g, uint32_t a, const int64_t angle_a[2], uint32_t b, const int64_t angle_b[2]) {
-  if (steps_ahead(g, b, a) != kNone) return true;
-  if (steps_ahead(g, a, b) != kNone) return false;
-  return angle_before(angle_a, angle_b);
+// Whether at node v the link to x comes before that to y. Links to one border come in the reverse of its
+// order, whatever the angles, which tell little where the surface is sharp; others by their angles.
+bool link_before(const Gaps& g, uint32_t v, uint32_t x, uint32_t y) {
+  if (steps_ahead(g, y, x) != kNone) return true;
+  if (steps_ahead(g, x, y) != kNone) return false;
+  int64_t angle_x[2], angle_y[2];
+  link_angle(g, v, x, angle_x);
+  link_angle(g, v, y, angle_y);
+  return angle_before(angle_x, angle_y);
+}
+
+// Moves a slot, and what refers to it.
+void move_slot(Gaps& g, uint32_t v, const Slot& slot, uint32_t to) {
+  g.slots[to] = slot;
+  g.slots[slot.twin].twin = to;
+  Link& link = g.links[slot.link];
+  link.slot[link.node[1] == v] = to;
 }
 
 void sort_slots(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
-    const uint32_t begin = g.slot_begin[v], n = g.slot_begin[v + 1] - begin;  // n <= kMaxDegree
-    if (n < 2) continue;
-    int64_t angle[kMaxDegree][2];
-    uint32_t order[kMaxDegree];
-    Slot old[kMaxDegree];
-    for (uint32_t i = 0; i < n; i++) {
-      old[i] = g.slots[begin + i];
-      link_angle(g, v, old[i].to, angle[i]);
+    const uint32_t begin = g.slot_begin[v], end = g.slot_begin[v + 1];  // at most kMaxDegree of them
+    for (uint32_t i = begin + 1; i < end; i++) {
+      const Slot slot = g.slots[i];
       uint32_t j = i;
-      for (; j > 0 && slot_before(g, old[i].to, angle[i], old[order[j - 1]].to, angle[order[j - 1]]); j--)
-        order[j] = order[j - 1];
-      order[j] = i;
+      for (; j > begin && link_before(g, v, slot.to, g.slots[j - 1].to); j--)
+        move_slot(g, v, g.slots[j - 1], j);
+      if (j < i) move_slot(g, v, slot, j);
     }
-    for (uint32_t i = 0; i < n; i++) g.slots[begin + i] = old[order[i]];
-    for (uint32_t i = 0; i < n; i++) g.slots[g.slots[begin + i].twin].twin = begin + i;
   }
-  for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.links[g.slots[s].link].slot = s;
 }
 
-// Numbers of links, the shortest first, in g.self: two passes of a radix sort.
+// The shortest link first: two passes of a radix sort.
 void sort_links(Gaps& g) {
-  uint32_t *from = g.face, *to = g.self;
-  for (uint32_t i = 0; i < g.link_count; i++) from[i] = i;
   for (int shift = 0; shift < 16; shift += 8) {
     uint32_t begin[257] = {0};
-    for (uint32_t i = 0; i < g.link_count; i++) begin[(g.links[from[i]].rank >> shift & 255) + 1]++;
+    for (uint32_t i = 0; i < g.link_count; i++) begin[(g.links[i].rank >> shift & 255) + 1]++;
     for (int k = 0; k < 256; k++) begin[k + 1] += begin[k];
-    for (uint32_t i = 0; i < g.link_count; i++) to[begin[g.links[from[i]].rank >> shift & 255]++] = from[i];
-    uint32_t* const t = from;
-    from = to, to = t;
+    for (uint32_t i = 0; i < g.link_count; i++)
+      g.sorting[begin[g.links[i].rank >> shift & 255]++] = g.links[i];
+    Link* const sorted = g.sorting;
+    g.sorting = g.links, g.links = sorted;
   }
-  if (from != g.self) memcpy(g.self, from, g.link_count * sizeof(uint32_t));
 }
 
 // --- faces in the making ---
@@ -164,11 +167,12 @@ void sort_links(Gaps& g) {
 void start_faces(Gaps& g) {
   g.face_count = 0;
   for (uint32_t v = 0; v < g.count; v++) {
-    g.next_corner[v] = g.n.prev[v];
-    g.face_of_corner[v] = g.loop[v];
-    if (g.loop[v] >= g.face_count) g.face_count = g.loop[v] + 1;
+    g.corner[v].next = g.n[v].prev;
+    g.corner[v].face = g.n[v].loop;
+    g.next[v] = g.n[v].next;
+    if (g.n[v].loop >= g.face_count) g.face_count = g.n[v].loop + 1;
   }
-  for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.next_corner[g.corner_of(s)] = kNone;
+  for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.corner[g.corner_of(s)].next = kNone;
 }
 
 // The corner from which a rim comes to the node where `slot` is, to leave by the slot once its link is put
@@ -176,14 +180,14 @@ void start_faces(Gaps& g) {
 uint32_t corner_before(const Gaps& g, uint32_t node, uint32_t slot) {
   for (uint32_t above = slot + 1; above < g.slot_begin[node + 1]; above++)
     if (g.is_in(above)) return g.corner_of(g.slots[above].twin);
-  return g.n.next[node];
+  return g.next[node];
 }
 
 void paint(Gaps& g, uint32_t start, uint32_t face) {
   uint32_t c = start;
   do {
-    g.face_of_corner[c] = face;
-    c = g.next_corner[c];
+    g.corner[c].face = face;
+    c = g.corner[c].next;
   } while (c != start);
 }
 
@@ -191,8 +195,8 @@ void paint(Gaps& g, uint32_t start, uint32_t face) {
 bool shorter_rim(Gaps& g, uint32_t x, uint32_t y) {
   const uint32_t x0 = x, y0 = y;
   for (;;) {
-    x = g.next_corner[x];
-    y = g.next_corner[y];
+    x = g.corner[x].next;
+    y = g.corner[y].next;
     g.work -= 2;
     if (x == x0) return true;
     if (y == y0) return false;
@@ -202,44 +206,42 @@ bool shorter_rim(Gaps& g, uint32_t x, uint32_t y) {
 bool is_big(const Gaps& g, uint32_t corner) {
   uint32_t c = corner;
   for (uint32_t i = 0; i < kBigFace; i++)
-    if ((c = g.next_corner[c]) == corner) return false;
+    if ((c = g.corner[c].next) == corner) return false;
   return true;
 }
 
 void put_in(Gaps& g, Link& link) {
-  const uint32_t s = link.slot, t = g.slots[s].twin, a = g.slots[t].to, b = g.slots[s].to;
+  const uint32_t s = link.slot[0], t = link.slot[1], a = link.node[0], b = link.node[1];
   const uint32_t before_a = corner_before(g, a, s), before_b = corner_before(g, b, t);
-  const uint32_t at_a = g.next_corner[before_a], at_b = g.next_corner[before_b];
+  const uint32_t at_a = g.corner[before_a].next, at_b = g.corner[before_b].next;
   const uint32_t leave_a = g.corner_of(s), leave_b = g.corner_of(t);
-  const uint32_t fa = g.face_of_corner[at_a], fb = g.face_of_corner[at_b];
-  const uint32_t pa = g.find(g.n.component[a]), pb = g.find(g.n.component[b]);
+  const uint32_t fa = g.corner[at_a].face, fb = g.corner[at_b].face;
   const bool cuts = fa == fb;
-  // Without seams, two big faces that a link refused before could join are the ends of a tunnel: lids over
-  // them would err by its width.
-  const bool tunnel =
-      !g.options.seams && link.kind == LinkKind::kRefused && is_big(g, at_a) && is_big(g, at_b);
-  if (!cuts && pa == pb && link.kind != LinkKind::kHandle && !tunnel) {
-    link.kind = LinkKind::kRefused;
-    return;
-  }
   uint32_t face = fa;
   if (!cuts) {  // two faces become one
+    const uint32_t pa = g.find(g.n[a].component), pb = g.find(g.n[b].component);
+    // Without seams, two big faces that a link refused before could join are the ends of a tunnel: lids over
+    // them would err by its width.
+    const bool tunnel =
+        !g.options.seams && link.kind == LinkKind::kRefused && is_big(g, at_a) && is_big(g, at_b);
+    if (pa == pb && link.kind != LinkKind::kHandle && !tunnel) {
+      link.kind = LinkKind::kRefused;
+      return;
+    }
+    link.kind = pa == pb ? LinkKind::kMade : LinkKind::kIn;
+    g.unite(pa, pb);
     const bool a_shorter = shorter_rim(g, at_a, at_b);
     face = a_shorter ? fb : fa;
     paint(g, a_shorter ? at_a : at_b, face);
   }
-  g.next_corner[before_a] = leave_a;
-  g.next_corner[leave_a] = at_b;
-  g.next_corner[before_b] = leave_b;
-  g.next_corner[leave_b] = at_a;
-  g.face_of_corner[leave_a] = g.face_of_corner[leave_b] = face;
+  g.corner[before_a].next = leave_a;
+  g.corner[before_b].next = leave_b;
+  g.corner[leave_a] = {at_b, face};
+  g.corner[leave_b] = {at_a, face};
   if (cuts) {
     paint(g, shorter_rim(g, leave_a, leave_b) ? leave_a : leave_b, g.face_count++);
     link.kind = LinkKind::kIn;
-    return;
   }
-  link.kind = pa == pb ? LinkKind::kMade : LinkKind::kIn;
-  g.unite(pa, pb);
 }
 
 }  // namespace
@@ -259,11 +261,12 @@ bool make_links(Gaps& g) {
   const LinkKind passes[] = {LinkKind::kPlain, LinkKind::kHandle, LinkKind::kRefused};
   for (const LinkKind kind : passes)
     for (uint32_t i = 0; i < g.link_count && g.work > 0; i++) {
-      Link& link = g.links[g.self[i]];
+      Link& link = g.links[i];
       if (link.kind == kind) put_in(g, link);
     }
   if (GapTrace* t = g.options.trace; kTracing && t)
-    for (uint32_t i = 0; i < t->link_count; i++) t->kind[i] = g.links[i].kind;
+    for (uint32_t i = 0; i < g.link_count; i++)
+      if (g.links[i].number < t->link_count) t->kind[g.links[i].number] = g.links[i].kind;
   return true;
 }
 

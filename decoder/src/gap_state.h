@@ -9,8 +9,8 @@ constexpr uint32_t kMaxDegree = 16;  // links at a node
 constexpr uint32_t kBigFace = 12;    // corners beyond which a face may be a hole when the stream does not say
 
 struct Link {
-  uint32_t a, b;
-  uint32_t slot;  // of either end
+  uint32_t node[2], slot[2];  // both ends
+  uint32_t number;
   uint16_t rank;  // by length
   LinkKind kind;
 };
@@ -19,6 +19,13 @@ struct Slot {     // one end of a link, at a node
   uint32_t to;    // the other node
   uint32_t twin;  // the slot there
   uint32_t link;
+};
+
+// A place on a face's rim where it leaves a node: number v leaves node v along the border, backwards, and
+// number count + s by the link of slot s. Rims are lists.
+struct Corner {
+  uint32_t next;  // or kNone while the link is not put in
+  uint32_t face;  // while faces are closed: its node, kNone once its face is closed
 };
 
 struct Diagonal {
@@ -54,27 +61,24 @@ struct Gaps {
   const GapOptions& options;
   MeshWriter& mesh;
   uint32_t count, components;
+  uint32_t* loop_length;
   // by node
-  uint32_t *loop, *place, *loop_length, *nearest, *degree, *slot_begin, *diagonals, *mark;
+  uint32_t *slot_begin, *diagonals, *mark;
+  uint32_t* next;     // that of the nodes, closer together
   int32_t* distance;  // to the nearest
-  int16_t (*outward)[3];
   uint8_t* open_corner;
   uint32_t* cell_begin;
   CellNode* cell_nodes;
-  uint32_t hash_mask;
+  uint32_t bucket_mask;
   int cell_shift;
-  uint32_t* group;  // union-find over components
-  Link* links;
+  uint32_t* group;        // union-find over components
+  Link *links, *sorting;  // the latter: scratch of sort_links
   uint32_t link_count, link_capacity;
   Slot* slots;
-  // by corner. A corner is a place on a face's rim where it leaves a node: number v leaves node v along the
-  // border, backwards, and number count + s by the link of slot s. Rims are lists: the next corner, or kNone
-  // while the link is not put in.
-  uint32_t *next_corner, *face_of_corner;
+  Corner* corner;
   Diagonal* diagonal;
   uint32_t diagonal_count, diagonal_capacity;
   uint32_t* face;  // corners of the face at hand
-  uint32_t* self;  // links in the order of their lengths
   uint32_t face_count, corner_capacity, mark_count;
   NumberList seams;
   int64_t work;  // steps of walking left; only hostile streams need so many
@@ -87,34 +91,31 @@ struct Gaps {
     return i;
   }
   void unite(uint32_t a, uint32_t b) { group[find(a)] = find(b); }
-  template <class Number>
-  void difference(uint32_t from, uint32_t to, Number d[3]) const {
-    for (int k = 0; k < 3; k++) d[k] = n.position[to][k] - n.position[from][k];  // below 2^22
-  }
   uint32_t corner_of(uint32_t slot) const { return count + slot; }
-  bool is_in(uint32_t slot) const { return next_corner[corner_of(slot)] != kNone; }
-  int64_t distance2(uint32_t a, uint32_t b) const {
-    int64_t d[3];
-    difference(a, b, d);
-    return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  }
-  bool neighbouring_pixels(uint32_t u, uint32_t v) const {
-    if (n.patch[u] != n.patch[v]) return false;
-    const int dx = int(n.pixel[u][0]) - n.pixel[v][0], dy = int(n.pixel[u][1]) - n.pixel[v][1];
-    return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
-  }
+  bool is_in(uint32_t slot) const { return corner[corner_of(slot)].next != kNone; }
 };
 
+inline void difference(const Node& from, const Node& to, int64_t d[3]) {
+  for (int k = 0; k < 3; k++) d[k] = to.position[k] - from.position[k];  // below 2^22
+}
+inline int64_t distance2(const Node& a, const Node& b) {
+  int64_t d[3];
+  difference(a, b, d);
+  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+}
+inline bool neighbouring_pixels(const Node& u, const Node& v) {
+  if (u.patch != v.patch) return false;
+  const int dx = int(u.pixel[0]) - v.pixel[0], dy = int(u.pixel[1]) - v.pixel[1];
+  return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
+}
 inline int64_t dot(const int64_t a[3], const int16_t b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 inline int32_t dot(const int16_t a[3], const int16_t b[3]) {
   return int32_t(a[0]) * b[0] + int32_t(a[1]) * b[1] + int32_t(a[2]) * b[2];
 }
 inline int64_t root(int64_t v) { return int64_t(__builtin_sqrt(double(v))); }  // v < 2^53: exact argument
-inline int64_t absolute(int64_t v) { return v < 0 ? -v : v; }
 
 // Numbers the border loops and finds which way is out of the patch at each node.
 void trace_loops(Gaps& g);
-void find_outward(Gaps& g);
 
 // For every node the nearest one that faces it over a gap, in g.nearest.
 void find_partners(Gaps& g);

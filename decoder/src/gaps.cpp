@@ -13,31 +13,26 @@ namespace {
 void allocate(Gaps& g, Arena& a, uint32_t n) {
   uint32_t buckets = 1;
   while (buckets < n) buckets *= 2;
-  g.hash_mask = buckets - 1;
+  g.bucket_mask = buckets - 1;
   g.link_capacity = 2 * n;
   g.corner_capacity = n + 2 * g.link_capacity;
   g.diagonal_capacity = 2 * g.corner_capacity;
-  g.loop = a.take<uint32_t>(n);
-  g.place = a.take<uint32_t>(n);
   g.loop_length = a.take<uint32_t>(n);
-  g.nearest = a.take<uint32_t>(n);
   g.distance = a.take<int32_t>(n);
-  g.degree = a.take<uint32_t>(n);
   g.slot_begin = a.take<uint32_t>(uint64_t(n) + 1);
   g.diagonals = a.take<uint32_t>(n);
   g.mark = a.take<uint32_t>(n);
-  g.outward = a.take<int16_t[3]>(n);
+  g.next = a.take<uint32_t>(n);
   g.open_corner = a.take<uint8_t>(n);
-  g.cell_begin = a.take<uint32_t>(uint64_t(buckets) + 1);
+  g.cell_begin = a.take<uint32_t>(uint64_t(buckets) + 2);
   g.cell_nodes = a.take<CellNode>(n);
   g.group = a.take<uint32_t>(n);
   g.links = a.take<Link>(g.link_capacity);
+  g.sorting = a.take<Link>(g.link_capacity);
   g.slots = a.take<Slot>(uint64_t(g.link_capacity) * 2);
-  g.next_corner = a.take<uint32_t>(g.corner_capacity);
-  g.face_of_corner = a.take<uint32_t>(g.corner_capacity);
+  g.corner = a.take<Corner>(g.corner_capacity);
   g.diagonal = a.take<Diagonal>(g.diagonal_capacity);
   g.face = a.take<uint32_t>(g.corner_capacity);
-  g.self = a.take<uint32_t>(g.link_capacity);
 }
 
 }  // namespace
@@ -63,7 +58,6 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   g.work = 64 * int64_t(g.corner_capacity);
   if (!(kTracing && options.trace && options.trace->partners_known)) {
     trace_loops(g);
-    find_outward(g);
     find_partners(g);
   }
   if (!make_links(g)) return RELIEF_ERROR_CORRUPT;

@@ -1,6 +1,7 @@
 #include "leaves.h"
 
 #include "diagonal.h"
+#include "runs.h"
 #include "wavelet.h"
 
 // A level without vectors costs space in a module that has them, and its absence nothing: only tests ask for

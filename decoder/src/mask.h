@@ -3,6 +3,7 @@
 #pragma once
 #include "format.h"
 #include "mixing.h"
+#include "runs.h"
 
 namespace relief {
 
@@ -45,9 +46,10 @@ struct Surroundings {
     above2 = pack_pixels(p - 2 * s - 3);
     above3 = p[-3 * s - 1] | p[-3 * s] << 1 | p[-3 * s + 1] << 2;
   }
-  // The pixels of the 16-pixel template that are above; and all of it, in any order.
-  uint32_t upper13() const { return (above & 127) | (above2 & 62) << 6 | (above3 & 2) << 11; }
-  uint32_t any16() const { return upper13() << 3 | (before & 7); }
+  // The pixels of the 16-pixel template, in any order.
+  uint32_t any16() const {
+    return (before & 7) | (above & 127) << 3 | (above2 & 62) << 9 | (above3 & 2) << 14;
+  }
 
   uint32_t c4() const { return (before & 1) | (above >> 2 & 2) | (above >> 2 & 4) | (above << 1 & 8); }
   uint32_t c10() const { return (before & 3) | (above << 1 & 124) | (above2 << 5 & 896); }
@@ -68,6 +70,13 @@ RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, const Surrounding
   Model* const m[kMaskTemplates] = {&models.t4[around.c4()], &models.t10[c10], &models.t16[around.c16()],
                                     &models.t22[(around.c22() * 0x9E3779B1u) >> 16]};
   return code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c10], bit);
+}
+
+// If the pixel before p is deep outside (0) or inside (1), how many from p on are so, by the rows above. At
+// most 8.
+inline int as_deep(const uint8_t* p, ptrdiff_t s, uint32_t side) {
+  const uint64_t all = side * kEachByte;
+  return first_byte((load8(p - s + 3) ^ all) | (load8(p - 2 * s + 2) ^ all) | (load8(p - 3 * s) ^ all));
 }
 
 // Codes the mask of one patch. `rows`: height rows of width bytes, 0 or 1, each row `stride` bytes apart,
@@ -92,11 +101,12 @@ void code_mask(Coder& outer, MaskModels& models, uint8_t* rows, uint32_t width, 
       Model m = models.t16[c16];
       const uint32_t side = c16 & 1;
       uint32_t bit;
-      do {
+      for (int more = 0;; more--) {
         bit = uint32_t(code_bit<1000>(*coder, m, *p));
         *p++ = uint8_t(bit);
-        around.look_up(p, s);
-      } while (bit == side && p < end && around.upper13() == c16 >> 3);
+        if (bit != side || p >= end) break;
+        if (more == 0 && (more = as_deep(p, s, side)) == 0) break;
+      }
       models.t16[c16] = m;
       around.before = (side ? 14u : 0u) | bit;
     }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "diagonal.h"
+#include "runs.h"
 
 namespace relief {
 namespace {
@@ -63,13 +64,8 @@ relief_status add_vertices(const Patch& p, float spacing, const float* z) {
     const float fy = float(p.header.y0 + (y << p.level));
     for (int i = 0; i < 3; i++) row.origin[i] = o[i] + fy * b[i];
     const uint8_t* m = p.at(0, y);
-    for (int x = 0; x < p.w;) {
-      if (!m[x]) {
-        x++;
-        continue;
-      }
-      const int begin = x;
-      while (x < p.w && m[x]) x++;
+    for (int begin = run_end(m, 0, p.w, 0), x; begin < p.w; begin = run_end(m, x, p.w, 0)) {
+      x = run_end(m, begin, p.w, 1);
       const uint32_t n = uint32_t(x - begin), first = mesh.vertex_count;
       if (mesh.vertex_capacity - first < n) return RELIEF_ERROR_OUTPUT;
       const size_t i = p.pixel(begin, y);
@@ -128,8 +124,7 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
     bool open = false;  // the cell to the left is covered and shares its right side
     for (int x = 0; x + 1 < p.w;) {
       const int begin = x, count = cells[x];
-      do x++;
-      while (count != 3 && cells[x] == count && x + 1 < p.w);
+      x = count == 3 ? x + 1 : run_end(cells, x, p.w - 1, uint8_t(count));
       if (count == 0) {
         open = false;
         continue;
@@ -156,27 +151,30 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
 }
 
 // Normal at a border pixel: the sum over the triangles between it and its neighbours in covered cells.
+//
+// In a cell with the neighbours a, b and c around it (relative to it), counter-clockwise, these are a x b + b
+// x c = (a - c) x b, where a missing a or c is zero, or, b missing, a x c = (a - c) x a. Of a cell that is
+// not covered, with two neighbours missing, that is zero.
 void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
-  static const int8_t kRing[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
-                                     {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
-  auto position = [&](int px, int py) { return p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(px, py)]); };
-  const float* const centre = position(x, y);
-  double sum[3] = {0, 0, 0};
-  for (int q = 0; q < 4; q++) {  // the cells around: q-th spans kRing[2q] .. kRing[2q + 2]
-    const int cx = q == 0 || q == 3 ? x : x - 1, cy = q < 2 ? y : y - 1;
-    if (!p.covered(cx, cy)) continue;
-    double previous[3] = {0, 0, 0}, here[3], c[3];  // with the first there is no triangle: no area
-    for (int k = 2 * q; k <= 2 * q + 2; k++) {
-      const int nx = x + kRing[k][0], ny = y + kRing[k][1];
-      if (!*p.at(nx, ny)) continue;
-      const float* const v = position(nx, ny);
-      for (int i = 0; i < 3; i++) here[i] = double(v[i]) - double(centre[i]);
-      cross(previous, here, c);
-      for (int i = 0; i < 3; i++) {
-        sum[i] += c[i];
-        previous[i] = here[i];
-      }
-    }
+  static const int8_t kRing[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+  const size_t here = p.pixel(x, y);
+  const float* const centre = p.mesh.positions + 3 * size_t(p.s.vertex[here]);
+  int32_t ring[8][3];
+  bool in[8];
+  for (int k = 0; k < 8; k++) {
+    const int dx = kRing[k][0], dy = kRing[k][1];
+    in[k] = *p.at(x + dx, y + dy);
+    const size_t there = in[k] ? here + size_t(ptrdiff_t(dy) * p.w + dx) : here;
+    const float* const v = p.mesh.positions + 3 * size_t(p.s.vertex[there]);
+    for (int i = 0; i < 3; i++) ring[k][i] = int32_t(v[i] - centre[i]);
+  }
+  int64_t sum[3] = {0, 0, 0};
+  for (int k = 0; k < 8; k += 2) {
+    const int32_t *a = ring[k], *c = ring[(k + 2) % 8], *b = in[k + 1] ? ring[k + 1] : a;
+    const int64_t ac[3] = {a[0] - c[0], a[1] - c[1], a[2] - c[2]}, to[3] = {b[0], b[1], b[2]};
+    int64_t n[3];
+    cross(ac, to, n);
+    for (int i = 0; i < 3; i++) sum[i] += n[i];
   }
   unit_vector(sum, out);
 }
@@ -189,15 +187,15 @@ uint32_t node_at(const Patch& p, int x, int y, uint32_t run) {
   if (n.count == n.capacity) return kNone;
   node = n.count++;
   const float* v = p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(x, y)]);
-  for (int k = 0; k < 3; k++) n.position[node][k] = int32_t(v[k]);
-  node_normal(p, x, y, n.normal[node]);
-  n.vertex[node] = p.s.vertex[p.pixel(x, y)];
-  n.next[node] = n.prev[node] = kNone;
-  n.patch[node] = p.index;
-  n.spacing[node] = p.spacing;
-  n.component[node] = run;
-  n.pixel[node][0] = uint16_t(x);
-  n.pixel[node][1] = uint16_t(y);
+  for (int k = 0; k < 3; k++) n[node].position[k] = int32_t(v[k]);
+  node_normal(p, x, y, n[node].normal);
+  n[node].vertex = p.s.vertex[p.pixel(x, y)];
+  n[node].next = n[node].prev = kNone;
+  n[node].patch = p.index;
+  n[node].spacing = p.spacing;
+  n[node].component = run;
+  n[node].pixel[0] = uint16_t(x);
+  n[node].pixel[1] = uint16_t(y);
   return node;
 }
 
@@ -211,12 +209,12 @@ bool add_sides(const Patch& p, int x, int y) {
   auto side = [&](int x0, int y0, int x1, int y1) {
     const uint32_t u = node_at(p, x0, y0, run), v = node_at(p, x1, y1, run);
     // a second side that leaves u or arrives at v
-    if (u == kNone || v == kNone || p.nodes.next[u] != kNone || p.nodes.prev[v] != kNone) {
+    if (u == kNone || v == kNone || p.nodes[u].next != kNone || p.nodes[v].prev != kNone) {
       ok = false;
       return;
     }
-    p.nodes.next[u] = v;
-    p.nodes.prev[v] = u;
+    p.nodes[u].next = v;
+    p.nodes[v].prev = u;
   };
   if (a && b && !p.covered(x, y - 1)) side(x, y, x + 1, y);
   if (b && d && !p.covered(x + 1, y)) side(x + 1, y, x + 1, y + 1);
@@ -238,8 +236,8 @@ relief_status add_border(const Patch& p) {
   uint8_t* const border = p.flags();
   for (int y = 0; y + 1 < p.h; y++) {
     p.leaves.border_cells(p.cells(y), p.w, border, uint32_t(p.w - 1));
-    for (int x = 0; x + 1 < p.w; x++)
-      if (border[x] && !add_sides(p, x, y)) return RELIEF_ERROR_CORRUPT;
+    for (int x = run_end(border, 0, p.w - 1, 0); x + 1 < p.w; x = run_end(border, x + 1, p.w - 1, 0))
+      if (!add_sides(p, x, y)) return RELIEF_ERROR_CORRUPT;
   }
   return RELIEF_OK;
 }
@@ -276,9 +274,9 @@ relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float s
   uint32_t* number = scratch.run_of_cell;
   for (uint32_t r = 0; r < runs; r++) number[r] = kNone;
   for (uint32_t i = first; i < nodes.count; i++) {
-    uint32_t& c = number[nodes.component[i]];
+    uint32_t& c = number[nodes[i].component];
     if (c == kNone) c = components++;
-    nodes.component[i] = c;
+    nodes[i].component = c;
   }
   return RELIEF_OK;
 }

@@ -10,11 +10,12 @@
 #define RELIEF_INLINE __attribute__((always_inline)) inline
 #endif
 
-// What runs seldom in a file that is compiled for speed.
+// What runs seldom in a file that is compiled for speed. GCC's `cold` is not for it: what is called from
+// there and runs often would be compiled for size as well.
 #ifdef __clang__
 #define RELIEF_COLD __attribute__((minsize, noinline))
 #else
-#define RELIEF_COLD __attribute__((cold, noinline))
+#define RELIEF_COLD __attribute__((noinline))
 #endif
 
 namespace relief {

@@ -7,7 +7,7 @@ namespace relief {
 void smooth_nodes(const Nodes& nodes, uint32_t patch_vertices, MeshWriter& mesh, uint32_t* node_of,
                   int64_t (*sums)[4]) {
   for (uint32_t v = 0; v < patch_vertices; v++) node_of[v] = kNone;
-  for (uint32_t n = 0; n < nodes.count; n++) node_of[nodes.vertex[n]] = n;
+  for (uint32_t n = 0; n < nodes.count; n++) node_of[nodes[n].vertex] = n;
   memset(sums, 0, size_t(nodes.count) * sizeof(*sums));
   for (uint32_t t = 0; t < mesh.triangle_count; t++) {
     const uint32_t* v = mesh.indices + 3 * size_t(t);
@@ -24,7 +24,7 @@ void smooth_nodes(const Nodes& nodes, uint32_t patch_vertices, MeshWriter& mesh,
   }
   for (uint32_t n = 0; n < nodes.count; n++) {
     if (sums[n][3] == 0) continue;
-    float* p = mesh.positions + 3 * size_t(nodes.vertex[n]);
+    float* p = mesh.positions + 3 * size_t(nodes[n].vertex);
     for (int i = 0; i < 3; i++) p[i] = float(int64_t(p[i]) + (sums[n][i] / sums[n][3] - int64_t(p[i])) / 3);
   }
 }

@@ -962,7 +962,7 @@ class Gaps:
 
     def partners(self):  # 12.2, 12.3
         nodes = self.nodes
-        size = 2 * (sum(v.spacing for v in nodes) // len(nodes))
+        size = 6 * (sum(v.spacing for v in nodes) // len(nodes))
         self.g = next((g for g in range(20) if 1 << g >= size), 20)
         self.buckets = 1
         while self.buckets < len(nodes):
@@ -979,7 +979,7 @@ class Gaps:
                 near = self.nearest[v]
 
     def bucket(self, X, Y, Z):
-        return (X * 73856093 ^ Y * 19349663 ^ Z * 83492791) & 0xffffffff & self.buckets - 1
+        return X + (Y * 19349663 ^ Z * 83492791) & self.buckets - 1
 
     def facing(self, v, u, d2):
         nv, nu = self.nodes[v], self.nodes[u]
@@ -1031,15 +1031,17 @@ class Gaps:
         low, high = ([c + s * radius >> self.g for c in self.nodes[v].position] for s in (-1, 1))
         for Z in range(low[2], high[2] + 1):
             for Y in range(low[1], high[1] + 1):
-                for X in range(low[0], high[0] + 1):
-                    self.visits += 1
+                X = low[0]
+                while X <= high[0]:
+                    first = self.bucket(X, Y, Z)
+                    run = range(first, min(first + high[0] - X + 1, self.buckets))
+                    found = [u for b in run for u in self.grid.get(b, ())]
+                    self.visits += len(run) + len(found)
                     if self.visits > 4096:
                         return
-                    for u in self.grid.get(self.bucket(X, Y, Z), ()):
-                        self.visits += 1
-                        if self.visits > 4096:
-                            return
+                    for u in found:
                         self.consider(v, u)
+                    X += len(run)
 
     def partner(self, v, near):
         spacing = self.nodes[v].spacing
