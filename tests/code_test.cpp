@@ -13,6 +13,7 @@
 #include "code/quantise.h"
 #include "code/range_encoder.h"
 #include "code/stream.h"
+#include "code/trellis.h"
 #include "container.h"
 #include "decoded.h"
 #include "golden.h"
@@ -414,12 +415,7 @@ TEST(Wavelet, InverseOfForwardOnAnyMask) {
       for (uint32_t y = 0; y < b.height; y++)
         for (uint32_t x = 0; x < b.width; x++) {
           const size_t i = b.at(x, y);
-          const float v = image.value[i] / s;
-          q[i] = image.mask[i] ? int32_t(std::lround(v + (v > 0.5f    ? 1
-                                                          : v < -0.5f ? -1
-                                                                      : 0) *
-                                                             kReconstructionBias))
-                               : 0;
+          q[i] = image.mask[i] ? int32_t(std::lround(image.value[i] / s)) : 0;
         }
     };
     fill(image.pyramid.low[kLevels], step);
@@ -514,14 +510,20 @@ TEST(Coefficients, RoundTrip) {
   auto models = std::make_unique<CoefficientModels>();
   models->init();
   RangeEncoder encoder;
-  const float step = 3;
+  Trellis trellis;
+  const float step = 2;
   for (CodedBands& c : all) {
     quantise_low(c.image, step, c.q.data());
     code_low(encoder, *models, c.image.pyramid, c.q.data(), c.image.mask.data());
   }
   for (int l = kLevels - 1; l >= 0; l--)
     for (CodedBands& c : all)
-      for (int t = 0; t < 3; t++) quantise_band(encoder, *models, c.image, l, t, step, 0.1f, c.q.data());
+      for (int t = 0; t < 3; t++) {
+        trellis.quantise(c.image, l, t, step, 0.3f, c.q.data());
+        const std::vector<int32_t> quantised = c.q;
+        code_band(encoder, *models, c.image.pyramid, c.q.data(), c.image.mask.data(), l, t);
+        ASSERT_EQ(c.q, quantised) << "values that no state has";
+      }
   const std::vector<uint8_t> bytes = encoder.finish();
 
   RangeDecoder decoder(bytes.data(), bytes.size(), false);
@@ -556,10 +558,12 @@ TEST(Coefficients, LargeOnesRoundTrip) {
   Random random(15);
   std::vector<int32_t> q(p.size, 0);
   const Band& b = p.high[0][2];
+  int state = 0;
   for (uint32_t y = 0; y < b.height; y++)
     for (uint32_t x = 0; x < b.width; x++) {
-      const int32_t v = int32_t(random() >> (13 + random() % 19));
+      const int32_t k = int32_t(random() >> (13 + random() % 19)), v = k ? 2 * k - quantiser_of(state) : 0;
       q[b.at(x, y)] = random() & 1 ? v : -v;
+      state = next_state(state, k);
     }
   auto models = std::make_unique<CoefficientModels>();
   models->init();
@@ -575,48 +579,80 @@ TEST(Coefficients, LargeOnesRoundTrip) {
   EXPECT_EQ(read, q);
 }
 
-// What RDOQ is for: with the same trade it beats plain rounding in D + trade * R, on every image.
-TEST(Coefficients, RateDistortionRoundingBeatsRounding) {
+// Squared error, in squared steps of the scalar quantiser, and bits.
+struct Cost {
+  double squared = 0, bits = 0;
+  double at(float trade) const { return squared + trade * bits; }
+};
+
+Cost scalar_cost(const WaveletImage& image, float step, float trade) {
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  CountingCoder coder;
+  std::vector<int32_t> q(image.pyramid.size, 0);
+  double squared = 0;
+  for (int l = kLevels - 1; l >= 0; l--)
+    for (int t = 0; t < 3; t++) squared += estimate_band(coder, *models, image, l, t, step, trade, q.data());
+  return {squared / (step * step), coder.bits()};
+}
+
+Cost trellis_cost(const WaveletImage& image, float step, float trade) {
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  CountingCoder coder;
+  Trellis trellis;
+  std::vector<int32_t> q(image.pyramid.size, 0);
+  double squared = 0;
+  for (int l = kLevels - 1; l >= 0; l--)
+    for (int t = 0; t < 3; t++) {
+      squared += trellis.quantise(image, l, t, kTrellisStep * step, trellis_trade(trade), q.data());
+      code_band(coder, *models, image.pyramid, q.data(), image.mask.data(), l, t);
+    }
+  return {squared / (step * step), coder.bits()};
+}
+
+// In D + trade * R rounding by rate and distortion beats plain rounding, and the trellis beats that; with the
+// exchange rate that the steps are made for, by bits alone.
+TEST(Coefficients, TheTrellisBeatsRoundingByRateAndDistortionWhichBeatsRounding) {
   Random random(16);
-  double rdoq_total = 0, plain_total = 0;
-  for (float trade : {0.05f, 0.1f, 0.2f})
+  double scalar_total = 0, plain_total = 0;
+  for (float trade : {0.05f, 0.11f, 0.2f}) {
+    Cost trellis, scalar;
+    double plain = 0;
+    auto add = [](Cost& sum, const Cost& c) { sum.squared += c.squared, sum.bits += c.bits; };
     for (int round = 0; round < 12; round++) {
       const uint32_t w = 40 + random() % 80, h = 40 + random() % 80;
       const Picture p = {w, h, random_mask(random, w, h)};
       const std::vector<float> z = random_heights(random, p, 30);
       const WaveletImage image = forward_wavelet(w, h, p.mask.data(), z.data());
       const float step = 4;
-      auto cost = [&](float used) {
-        auto models = std::make_unique<CoefficientModels>();
-        models->init();
-        CountingCoder coder;
-        std::vector<int32_t> q(image.pyramid.size, 0);
-        double squared = 0;
-        for (int l = kLevels - 1; l >= 0; l--)
-          for (int t = 0; t < 3; t++)
-            squared += quantise_band(coder, *models, image, l, t, step, used, q.data());
-        return squared / (step * step) + trade * coder.bits();
-      };
-      rdoq_total += cost(trade), plain_total += cost(0);
+      add(trellis, trellis_cost(image, step, trade));
+      add(scalar, scalar_cost(image, step, trade));
+      plain += scalar_cost(image, step, 0).at(trade);
     }
-  EXPECT_LT(rdoq_total, 0.98 * plain_total);
+    scalar_total += scalar.at(trade), plain_total += plain;
+    EXPECT_LT(trellis.at(trade), 0.96 * scalar.at(trade));
+    if (trade == 0.11f) {
+      EXPECT_LT(trellis.bits, 0.97 * scalar.bits);
+      EXPECT_LT(trellis.squared, scalar.squared);
+    }
+  }
+  EXPECT_LT(scalar_total, 0.98 * plain_total);
 }
 
-// The error that quantise_band returns is that of the decoder's values; every band's counts in units of its
+// The error that the trellis returns is that of the decoder's values; every band's counts in units of its
 // own step.
 TEST(Coefficients, ReportedErrorIsTheDecodersError) {
   Random random(17);
   const Picture p = {60, 60, random_mask(random, 60, 60)};
   const std::vector<float> z = random_heights(random, p, 50);
   const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
-  auto models = std::make_unique<CoefficientModels>();
-  models->init();
-  CountingCoder coder;
+  Trellis trellis;
   std::vector<int32_t> q(image.pyramid.size, 0);
-  const float step = 5;
+  const float step = 3;
   for (int l = kLevels - 1; l >= 0; l--)
     for (int t = 0; t < 3; t++) {
-      const double reported = quantise_band(coder, *models, image, l, t, step, 0.1f, q.data());
+      const double reported = trellis.quantise(image, l, t, step, 0.3f, q.data());
       double squared = 0;
       const Band& b = image.pyramid.high[l][t];
       for (uint32_t y = 0; y < b.height; y++)

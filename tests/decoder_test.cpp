@@ -949,7 +949,8 @@ std::string tables_text() {
            row(std::vector<int>{w.sibling[i].here, w.sibling[i].across, w.sibling[i].down}, whole);
     s += "]}";
   }
-  s += "\n  ],\n  \"first_nonzero\": " + row(kFirstNonzero, whole) + ",\n  \"first_greater\": [";
+  s += "\n  ],\n  \"first_nonzero\": [" + row(kFirstNonzero[0], whole) + ",\n    " +
+       row(kFirstNonzero[1], whole) + "],\n  \"first_greater\": [";
   for (int a = 0; a < kActivities; a++) s += (a ? ", " : "") + row(kFirstGreater[a], whole);
   return s + "]\n}\n";
 }

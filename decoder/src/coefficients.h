@@ -1,6 +1,6 @@
 // The `subband` coefficient coder: quantised wavelet coefficients band by band, each bit by two models: one
 // in a rich context made of coded neighbours, parent and sibling bands, one by the nearest magnitudes; mixed.
-// Shared with the encoder.
+// Quantisation is trellis-coded. Shared with the encoder.
 #pragma once
 #include "format.h"
 #include "leaves.h"
@@ -13,8 +13,21 @@ constexpr int kUnary = 15;       // magnitudes from here on have an exponential-
 constexpr int kScales = 3;       // the two finest levels and all coarser ones have models of their own
 constexpr int kGreaterSets = 5;  // sets of mixing weights for the steps of a magnitude
 
-// What a coefficient's expected magnitude is made of: weights of the magnitudes around it, fitted on scans by
-// hill climbing on the bits. Part of the format.
+// Trellis-coded quantisation (Marcellin and Fischer 1990): two quantisers have twice the step, so together
+// they have every multiple of it. A magnitude k is worth 2k steps where the state is even, 2k - 1 where it is
+// odd, nothing if k is 0; the parity of k leads to the next state, by Ungerboeck's code of 32 states. A band
+// begins with state 0. Part of the format.
+constexpr int kTrellisStates = 32;
+constexpr int quantiser_of(int state) { return state & 1; }
+constexpr int next_state(int state, int32_t k) { return state >> 1 ^ (state & 1) * 18 ^ (k & 1) * 4; }
+
+inline int32_t magnitude(int32_t v) { return v < 0 ? -v : v; }
+
+// The magnitude k that is coded for q steps: of either quantiser.
+inline int32_t coded_magnitude(int32_t q) { return (magnitude(q) + 1) >> 1; }
+
+// What a coefficient's expected magnitude is made of: weights of the coded magnitudes around it, fitted on
+// scans by hill climbing on the bits. Part of the format.
 struct ActivityWeights {
   uint8_t W, N, NW, NE, WW, NN;                // coded neighbours in the band
   uint8_t parent, parent_across, parent_down;  // the same band, a level coarser, and the neighbours there
@@ -38,29 +51,35 @@ constexpr int activity_class(uint32_t e) {
 static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1,
               "sums are cut where it makes no difference");
 
-// First guesses, in 1/65536 and 1/256: that a coefficient of a class is not zero; that a magnitude is greater
-// than 1, than 2, than any k beyond. Trained on scans; part of the format.
-constexpr uint16_t kFirstNonzero[kActivities] = {10,    20,    40,    150,   500,   600,   1600,
-                                                 3600,  6700,  12500, 19700, 28900, 36900, 44800,
-                                                 49700, 54000, 56900, 59900, 60700, 63700};
+// First guesses, in 1/65536 and 1/256: that a coefficient of a quantiser and a class is not zero; that a
+// magnitude is greater than 1, than 2, than any k beyond. Trained on scans; part of the format.
+constexpr uint16_t kFirstNonzero[2][kActivities] = {
+    {103,   59,    92,    169,   599,   811,   1501,  2356,  4360,  7006,
+     14386, 25580, 33014, 40987, 45666, 52929, 55983, 60519, 61633, 64070},
+    {10,    34,    24,    32,    22,    263,   1105,  4249,  11578, 26455,
+     37886, 45345, 53220, 57175, 62333, 61738, 63546, 62952, 63763, 64886}};
 constexpr uint8_t kFirstGreater[kActivities][3] = {
-    {190, 200, 220}, {79, 51, 167},   {57, 146, 151},  {50, 58, 139},   {71, 72, 167},
-    {43, 110, 163},  {41, 100, 178},  {56, 111, 161},  {44, 94, 158},   {49, 95, 153},
-    {58, 91, 157},   {78, 96, 151},   {100, 112, 159}, {128, 133, 162}, {149, 158, 179},
-    {169, 175, 190}, {196, 191, 204}, {211, 210, 216}, {225, 222, 224}, {244, 244, 244}};
+    {190, 223, 249}, {63, 71, 182},   {86, 63, 104},   {49, 88, 188},   {51, 95, 169},
+    {39, 106, 205},  {38, 77, 188},   {32, 79, 189},   {26, 76, 183},   {28, 75, 158},
+    {40, 63, 153},   {61, 67, 149},   {89, 92, 139},   {123, 122, 150}, {151, 150, 169},
+    {178, 170, 186}, {197, 192, 201}, {212, 210, 214}, {226, 220, 225}, {244, 244, 244}};
 constexpr uint32_t kFirstCount = 12;  // what a first guess is worth
 
-// What changes from bit to bit.
-struct LearnedModels {
-  // each bit has two models, mixed: one by activity, one by the nearest magnitudes
-  Model zero[kActivities][3][kScales][2];  // by activity, band type, scale, mask edge
-  Model zero_near[256][3];
-  Model greater[kActivities][kScales][kUnary + 1];
+// Those that nothing is known of to begin with.
+struct FreshModels {
+  Model zero_near[256][3][2];  // by nearest magnitudes, band type, quantiser
   Model greater_near[64][3][kUnary + 1];
-  int32_t zero_weight[kActivities][2], greater_weight[kActivities][kGreaterSets][2];
   Model sign[3][9];
   Model tail[3][kGolombModels];
   Model low_zero[2], low[2][kGolombModels];
+};
+
+// What changes from bit to bit.
+struct LearnedModels : FreshModels {
+  // each bit has two models, mixed: one by activity, one by the nearest magnitudes
+  Model zero[kActivities][3][kScales][2][2];  // by activity, band type, scale, mask edge, quantiser
+  Model greater[kActivities][kScales][kUnary + 1];
+  int32_t weight[kActivities][2 + kGreaterSets][2];  // of zero, by quantiser, then of greater
 };
 
 struct CoefficientModels : LearnedModels {
@@ -73,31 +92,20 @@ struct CoefficientModels : LearnedModels {
       class_of_sum[0][e] = uint8_t(activity_class(e >> kActivityShift));
       class_of_sum[1][e] = uint8_t(activity_class((e * kEdgeFactor >> kEdgeShift) >> kActivityShift));
     }
-    fresh(&zero_near[0][0], sizeof zero_near);
-    fresh(&greater_near[0][0][0], sizeof greater_near);
-    fresh(&sign[0][0], sizeof sign);
-    fresh(&tail[0][0], sizeof tail);
-    fresh(low_zero, sizeof low_zero);
-    fresh(&low[0][0], sizeof low);
+    Model* const m = reinterpret_cast<Model*>(static_cast<FreshModels*>(this));
+    for (size_t i = 0; i < sizeof(FreshModels) / sizeof(Model); i++) m[i] = kModelInit;
     for (int a = 0; a < kActivities; a++) {
       for (auto& type : zero[a])
-        for (auto& scale : type) scale[0] = scale[1] = model_of(kFirstNonzero[a], kFirstCount);
+        for (auto& scale : type)
+          for (auto& edge : scale)
+            for (int i = 0; i < 2; i++) edge[i] = model_of(kFirstNonzero[i][a], kFirstCount);
       for (auto& scale : greater[a])
         for (int k = 0; k <= kUnary; k++)
           scale[k] = model_of(kFirstGreater[a][k < 1 ? 0 : k < 3 ? k - 1 : 2] * 256u, kFirstCount);
-      first_weights(zero_weight[a]);
-      for (auto& set : greater_weight[a]) first_weights(set);
+      for (auto& set : weight[a]) set[0] = 46000, set[1] = 18000;  // 0.70 and 0.27
     }
   }
-
- private:
-  static void fresh(Model* m, size_t bytes) {
-    for (size_t i = 0; i < bytes / sizeof(Model); i++) m[i] = kModelInit;
-  }
-  static void first_weights(int32_t* w) { w[0] = 46000, w[1] = 18000; }  // 0.70 and 0.27
 };
-
-inline int32_t magnitude(int32_t v) { return v < 0 ? -v : v; }
 
 // The contexts of one coefficient.
 struct Context {
@@ -111,23 +119,19 @@ inline int sign_context(const int32_t* c, ptrdiff_t stride) {
   return 3 * ((c[-stride] > 0) - (c[-stride] < 0)) + (c[-1] > 0) - (c[-1] < 0) + 4;
 }
 
-// Gathers the context of the coefficient at (x, y) of band `type` at `level`. q: the patch's planes of
-// quantised coefficients, m: of masks (same layout).
-inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, int level, int type,
-                          uint32_t x, uint32_t y) {
+// Coded magnitudes around a coefficient that are nearest to it.
+struct Nearest {
+  uint32_t W, N, NW, NE, WW, NN;
+};
+
+// A share of a context: of those bands that are coded before the coefficient's own, weighted.
+inline uint32_t weigh_bands(const Pyramid& p, const int32_t* q, int level, int type, uint32_t x, uint32_t y) {
   const ActivityWeights& k = kActivityWeights[type];
-  const Band& b = p.high[level][type];
-  const ptrdiff_t s = b.stride;
-  const int32_t* c = q + b.at(x, y);
-  // magnitudes are below 2^20: sums of products fit
-  const uint32_t W = uint32_t(magnitude(c[-1])), N = uint32_t(magnitude(c[-s])),
-                 NW = uint32_t(magnitude(c[-s - 1])), NE = uint32_t(magnitude(c[-s + 1])),
-                 WW = uint32_t(magnitude(c[-2])), NN = uint32_t(magnitude(c[-2 * s]));
-  uint32_t e = k.W * W + k.N * N + k.NW * NW + k.NE * NE + k.WW * WW + k.NN * NN;
-  auto around = [&](const int32_t* t, ptrdiff_t ts, uint32_t here, uint32_t across, uint32_t down) {
-    return here * uint32_t(magnitude(t[0])) + across * uint32_t(magnitude(t[-1]) + magnitude(t[1])) +
-           down * uint32_t(magnitude(t[-ts]) + magnitude(t[ts]));
+  auto around = [](const int32_t* t, ptrdiff_t s, uint32_t here, uint32_t across, uint32_t down) {
+    auto at = [t](ptrdiff_t i) { return uint32_t(coded_magnitude(t[i])); };
+    return here * at(0) + across * (at(-1) + at(1)) + down * (at(-s) + at(s));
   };
+  uint32_t e = 0;
   if (level + 1 < kLevels) {
     const Band& up = p.high[level + 1][type];
     const uint32_t px = x / 2 < up.width ? x / 2 : up.width - 1,
@@ -140,15 +144,40 @@ inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, 
     if (x < sib.width && y < sib.height)
       e += around(q + sib.at(x, y), sib.stride, k.sibling[i].here, k.sibling[i].across, k.sibling[i].down);
   }
-  const uint8_t* in = m + b.at(x, y);
-  Context r;
-  r.edge = in[-1] + in[1] + in[-s] + in[s] + in[-s + 1] < 5;
+  return e;
+}
+
+// Whether a coefficient, of the mask's plane at `in`, is at the mask's edge.
+inline bool at_edge(const uint8_t* in, ptrdiff_t stride) {
+  return in[-1] + in[1] + in[-stride] + in[stride] + in[-stride + 1] < 5;
+}
+
+// The context of a coefficient of band `type`, but for its sign. bands: of weigh_bands.
+inline Context context_of(int type, const Nearest& n, uint32_t bands, bool edge) {
+  const ActivityWeights& k = kActivityWeights[type];
+  // hostile magnitudes are 2^21 at most, about: sums of products fit
+  uint32_t e = bands + k.W * n.W + k.N * n.N + k.NW * n.NW + k.NE * n.NE + k.WW * n.WW + k.NN * n.NN;
   constexpr uint32_t kMost = 1u << 22;  // all classes end far below
   if (e > kMost) e = kMost;
-  if (r.edge) e = e * kEdgeFactor >> kEdgeShift;
-  r.activity = activity_class(e >> kActivityShift);
+  if (edge) e = e * kEdgeFactor >> kEdgeShift;
   auto cut = [](uint32_t v, uint32_t most) { return int(v < most ? v : most); };
-  r.near = cut(W, 3) | cut(N, 3) << 2 | cut(NW, 1) << 4 | cut(NE, 1) << 5 | cut(WW + NN, 3) << 6;
+  Context r;
+  r.activity = activity_class(e >> kActivityShift);
+  r.near = cut(n.W, 3) | cut(n.N, 3) << 2 | cut(n.NW, 1) << 4 | cut(n.NE, 1) << 5 | cut(n.WW + n.NN, 3) << 6;
+  r.edge = edge;
+  return r;
+}
+
+// Gathers the context of the coefficient at (x, y) of band `type` at `level`. q: the patch's planes of
+// quantised coefficients, m: of masks (same layout).
+inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, int level, int type,
+                          uint32_t x, uint32_t y) {
+  const Band& b = p.high[level][type];
+  const ptrdiff_t s = b.stride;
+  const int32_t* c = q + b.at(x, y);
+  auto at = [c](ptrdiff_t i) { return uint32_t(coded_magnitude(c[i])); };
+  Context r = context_of(type, {at(-1), at(-s), at(-s - 1), at(-s + 1), at(-2), at(-2 * s)},
+                         weigh_bands(p, q, level, type, x, y), at_edge(m + b.at(x, y), s));
   r.sign = sign_context(c, s);
   return r;
 }
@@ -161,16 +190,18 @@ struct BitModels {
 
 inline int scale_of(int level) { return level < kScales ? level : kScales - 1; }
 
-inline BitModels zero_models(CoefficientModels& models, const Context& c, int level, int type) {
-  return {{&models.zero[c.activity][type][scale_of(level)][c.edge], &models.zero_near[c.near][type]},
-          models.zero_weight[c.activity]};
+inline BitModels zero_models(CoefficientModels& models, const Context& c, int level, int type,
+                             int quantiser) {
+  return {{&models.zero[c.activity][type][scale_of(level)][c.edge][quantiser],
+           &models.zero_near[c.near][type][quantiser]},
+          models.weight[c.activity][quantiser]};
 }
 
 // Of the bit that tells whether the magnitude is greater than k.
 inline BitModels greater_models(CoefficientModels& models, const Context& c, int level, int type, int k) {
   const int set = k < kGreaterSets ? k - 1 : kGreaterSets - 1;
   return {{&models.greater[c.activity][scale_of(level)][k], &models.greater_near[c.near & 63][type][k]},
-          models.greater_weight[c.activity][set]};
+          models.weight[c.activity][2 + set]};
 }
 
 // Where nothing around is coded, one model does: most coefficients are there.
@@ -181,12 +212,17 @@ RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context
   return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }
 
-// Codes one coefficient in its context. Inlined, or else the coder's state would go through memory.
+// Codes one coefficient in its context, and leads the state on. Inlined, or else the coder's state would go
+// through memory.
 template <class Coder>
 RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level,
-                                       int type, int32_t v) {
-  const int32_t mag = magnitude(v);
-  if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type), mag > 0)) return 0;
+                                       int type, int& state, int32_t v) {
+  const int32_t mag = coded_magnitude(v);
+  const int quantiser = quantiser_of(state);
+  if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type, quantiser), mag > 0)) {
+    state = next_state(state, 0);
+    return 0;
+  }
   const int negative = code_bit<kCoefficientLimit>(coder, models.sign[type][ctx.sign], v < 0);
   int32_t k = 1;
   while (k < kUnary &&
@@ -196,6 +232,8 @@ RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, 
     CoderCopy<Coder> copy(coder);  // only the copy's address is taken
     k += int32_t(code_golomb(*copy, models.tail[type], uint32_t(mag - kUnary)));
   }
+  state = next_state(state, k);
+  k = 2 * k - quantiser;
   return negative ? -k : k;
 }
 

@@ -155,7 +155,8 @@ inline float band_step(int level, int type) {
   return level < 2 ? kStep[level][type == 2] : 1.0f;
 }
 
-// A reconstructed coefficient: towards zero by this share of a step. Part of the format.
-constexpr float kReconstructionBias = 0.03f;
+// What 1 and -1 are worth, in steps: few of the values around are smaller, since those are 0. Part of the
+// format.
+constexpr float kReconstructedOne = 1.2f;
 
 }  // namespace relief

@@ -47,7 +47,7 @@ constexpr uint32_t kBlock = 8;
 constexpr uint32_t kSpanBlock = 16;
 
 struct Leaves {
-  // out[i] = min(|q[i]|, kMagnitudeCap)
+  // The coded magnitudes: out[i] = min((|q[i]| + 1) / 2, kMagnitudeCap)
   void (*magnitudes)(const int32_t* q, uint16_t* out, uint32_t n);
 
   // The share of a row above in the contexts of a row: its magnitudes from `above[-1]` to `above[n]` and

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "span_context.h"
 #include "wavelet.h"
 
 namespace relief {
@@ -37,17 +36,17 @@ class SubbandCheckpoints {
  public:
   SubbandCheckpoints(const Planes& planes, const uint8_t* data, size_t size)
       : planes_(planes), state_(*planes.subband_state), data_(data), size_(size) {
-    first_row = state_.row;
+    start = state_.start;
     set_due();
   }
-  uint32_t first_row;
+  BandStart start;
   int level = 0, type = 0;
   uint32_t patch = 0;
 
   bool due(size_t left) const { return left < due_; }
-  RELIEF_COLD void save(const RangeDecoder& coder, uint32_t row) {
+  RELIEF_COLD void save(const RangeDecoder& coder, BandStart here) {
     state_.coder = coder.state(data_);
-    state_.level = level, state_.type = type, state_.patch = patch, state_.row = row;
+    state_.level = level, state_.type = type, state_.patch = patch, state_.start = here;
     state_.models = *planes_.coefficient_models;
     set_due();
   }
@@ -75,7 +74,7 @@ RELIEF_COLD bool decode_part(RangeDecoder& coder, const Planes& planes, SubbandC
   if (at.level < kLevels)
     return code_band<RangeDecoder, SubbandCheckpoints&>(coder, *planes.coefficient_models, p, q, mask,
                                                         at.level, at.type, leaves, at);
-  if (at.due(coder.left())) at.save(coder, 0);
+  if (at.due(coder.left())) at.save(coder, {});
   return code_low(coder, *planes.coefficient_models, p, q, mask);
 }
 
@@ -89,7 +88,7 @@ RELIEF_COLD void continue_subband(const uint8_t* data, size_t size, bool cut, co
   at.patch = from.patch, at.type = from.type;
   for (at.level = from.level; at.level >= planes.level; at.level--, at.patch = 0)
     for (; at.patch < planes.patch_count; at.patch++, at.type = 0)
-      for (; at.type < (at.level == kLevels ? 1 : 3); at.type++, at.first_row = 0)
+      for (; at.type < (at.level == kLevels ? 1 : 3); at.type++, at.start = {})
         if (!decode_part(coder, planes, at, leaves)) return;
 }
 
@@ -108,7 +107,7 @@ void start_coefficients(const Planes& planes) {
   SubbandState& s = *planes.subband_state;
   s.coder = {};
   s.level = kLevels, s.type = 0;
-  s.patch = s.row = 0;
+  s.patch = 0, s.start = {};
   s.models = *planes.coefficient_models;
 }
 

@@ -4,6 +4,7 @@
 #include "coefficients.h"
 #include "container.h"
 #include "mask.h"
+#include "span_context.h"
 
 namespace relief {
 
@@ -12,7 +13,8 @@ namespace relief {
 struct SubbandState {
   RangeDecoder::State coder;
   int level, type;
-  uint32_t patch, row;
+  uint32_t patch;
+  BandStart start;
   LearnedModels models;
 };
 

@@ -36,7 +36,7 @@ class SpanContext {
     }
   }
 
-  // The context of the i-th, but for its sign, after the magnitudes W and WW before it in the row.
+  // The context of the i-th, but for its sign, after the coded magnitudes W and WW before it in the row.
   Context at(uint32_t i, const CoefficientModels& models, const ActivityWeights& k, uint32_t W,
              uint32_t WW) const {
     Context r;
@@ -75,17 +75,22 @@ class SpanContext {
   uint8_t near_[kMost], edge_[kMost];
 };
 
+// Where coding of a band begins: with a row, and the quantisers' state.
+struct BandStart {
+  uint32_t row;
+  int state;
+};
+
 // For decoders that do not go on later: see code_band.
 struct NoCheckpoints {
-  static constexpr uint32_t first_row = 0;
+  static constexpr BandStart start = {0, 0};
   static bool due(size_t) { return false; }
   template <class Coder>
-  static void save(const Coder&, uint32_t) {}
+  static void save(const Coder&, BandStart) {}
 };
 
 // Codes a band of a patch. Stops early and leaves the rest zero when a cut stream ends. Returns false then.
-// checkpoints: the row to begin with, and who keeps the coder's state at the beginning of a row where it is
-// due.
+// checkpoints: where to begin, and who keeps the coder's state at the beginning of a row where it is due.
 template <class Coder, class Checkpoints = NoCheckpoints>
 bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_t* q, const uint8_t* m,
                int level, int type, const Leaves& leaves = best_leaves(), Checkpoints checkpoints = {}) {
@@ -93,9 +98,11 @@ bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_
   const ActivityWeights& k = kActivityWeights[type];
   CoderCopy<Coder> coder(outer);
   SpanContext span;
-  for (uint32_t y = checkpoints.first_row; y < b.height; y++) {
+  int state = checkpoints.start.state;
+  for (uint32_t y = checkpoints.start.row; y < b.height; y++) {
     if constexpr (!Coder::kEncoding) {
-      if (checkpoints.due((*coder).left())) checkpoints.save(Coder(*coder), y);  // of a copy: see CoderCopy
+      if (checkpoints.due((*coder).left()))
+        checkpoints.save(Coder(*coder), {y, state});  // of a copy: see CoderCopy
     }
     int32_t* const c = q + b.at(0, y);
     const uint8_t* const in = m + b.at(0, y);
@@ -109,15 +116,16 @@ bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_
       uint32_t end = b.width - x < SpanContext::kMost ? b.width : x + SpanContext::kMost;
       while (!in[end - 1]) end--;
       span.gather(leaves, p, q, m, level, type, x, y, end - x);
-      uint32_t W = uint32_t(magnitude(c[ptrdiff_t(x) - 1])), WW = uint32_t(magnitude(c[ptrdiff_t(x) - 2]));
+      uint32_t W = uint32_t(coded_magnitude(c[ptrdiff_t(x) - 1])),
+               WW = uint32_t(coded_magnitude(c[ptrdiff_t(x) - 2]));
       for (; x < end; x++) {
         if (in[x]) {
           Context context = span.at(x - begin, models, k, W, WW);
           context.sign = sign_context(c + x, b.stride);
-          c[x] = code_coefficient(*coder, models, context, level, type, c[x]);
+          c[x] = code_coefficient(*coder, models, context, level, type, state, c[x]);
         }
         WW = W;
-        W = uint32_t(magnitude(c[x]));
+        W = uint32_t(coded_magnitude(c[x]));
       }
     }
     if constexpr (!Coder::kEncoding) {

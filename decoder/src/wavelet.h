@@ -43,7 +43,7 @@ constexpr size_t wavelet_scratch(size_t w, size_t h) {
 }
 
 inline float dequantise(int32_t q, float step) {
-  return q == 0 ? 0.0f : (q > 0 ? float(q) - kReconstructionBias : float(q) + kReconstructionBias) * step;
+  return float(q) * (q == 1 || q == -1 ? kReconstructedOne * step : step);
 }
 
 }  // namespace relief

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "allocate/allocate.h"
+#include "code/trellis.h"
 #include "colours/add_colours.h"
 #include "measure/surface_error.h"
 #include "partition/partition.h"
@@ -227,9 +228,11 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   double spacing, step;
   s.patches = m.allocator->coded(choice, spacing, step, s.patch_number);
   if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
-  step = std::max(step, finest_step(s.patches));
-  s.placement = {{}, float(m.surface.scale), float(spacing), float(step), float(kTrade), m.closed};
-  s.placement.bisk = m.options.coder == Coder::kBisk;
+  const bool bisk = m.options.coder == Coder::kBisk;
+  step = std::max(bisk ? step : kTrellisStep * step, finest_step(s.patches));
+  const float trade = bisk ? float(kTrade) : trellis_trade(kTrade);
+  s.placement = {{}, float(m.surface.scale), float(spacing), float(step), trade, m.closed};
+  s.placement.bisk = bisk;
   s.placement.even = m.options.allocation == Allocation::kEven;
   for (int k = 0; k < 3; k++) s.placement.origin[k] = float(m.surface.origin[k]);
   watch.lap("allocate");

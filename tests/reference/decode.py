@@ -405,7 +405,7 @@ class CoefficientModels:
     def __init__(self):
         self.low_zero = [fresh(), fresh()]
         self.low = [fresh_set(), fresh_set()]
-        self.zero = Lazy(lambda key: guess(TABLES['first_nonzero'][key[0]], 12))
+        self.zero = Lazy(lambda key: guess(TABLES['first_nonzero'][key[0]][key[1]], 12))
         self.zero_near, self.greater_near, self.sign = (Lazy(lambda _: fresh()) for _ in range(3))
         self.greater = Lazy(lambda key: guess(256 * TABLES['first_greater'][key[0]][min(key[2], 3) - 1], 12))
         self.zero_weights, self.greater_weights = (Lazy(lambda _: [46000, 18000]) for _ in range(2))
@@ -449,23 +449,32 @@ def sgn(v):
     return (v > 0) - (v < 0)
 
 
+def next_state(state, k):
+    return state >> 1 ^ (18 if state & 1 else 0) ^ (4 if k & 1 else 0)
+
+
+def coded_magnitude(q):
+    return abs(q) + 1 >> 1
+
+
 def read_band(coder, models, patch, l, t):
     q, m, k = patch.q[t, l], patch.mask[t, l], WEIGHTS[t]
+    A = lambda plane, x, y: coded_magnitude(plane(x, y))
     s = min(l, 2)
+    state = 0
 
     def around(plane, x, y, weights):
         here, across, down = weights
-        return (here * abs(plane(x, y)) + across * (abs(plane(x - 1, y)) + abs(plane(x + 1, y)))
-                + down * (abs(plane(x, y - 1)) + abs(plane(x, y + 1))))
+        return (here * A(plane, x, y) + across * (A(plane, x - 1, y) + A(plane, x + 1, y))
+                + down * (A(plane, x, y - 1) + A(plane, x, y + 1)))
 
     for y in range(q.height):
         for x in range(q.width):
             if not m(x, y):
                 continue
-            W, N = q(x - 1, y), q(x, y - 1)
-            A = {'W': abs(W), 'N': abs(N), 'NW': abs(q(x - 1, y - 1)), 'NE': abs(q(x + 1, y - 1)),
-                 'WW': abs(q(x - 2, y)), 'NN': abs(q(x, y - 2))}
-            e = sum(k[name] * A[name] for name in A)
+            near = {'W': A(q, x - 1, y), 'N': A(q, x, y - 1), 'NW': A(q, x - 1, y - 1), 'NE': A(q, x + 1, y - 1),
+                    'WW': A(q, x - 2, y), 'NN': A(q, x, y - 2)}
+            e = sum(k[name] * near[name] for name in near)
             if l < LEVELS - 1:
                 up = patch.q[t, l + 1]
                 if up.width and up.height:
@@ -479,14 +488,17 @@ def read_band(coder, models, patch, l, t):
             if edge:
                 e = e * 205 >> 6
             activity = activity_class(e >> 2)
-            near = (min(A['W'], 3) + 4 * min(A['N'], 3) + 16 * min(A['NW'], 1) + 32 * min(A['NE'], 1)
-                    + 64 * min(A['WW'] + A['NN'], 3))
-            sign_context = 3 * sgn(N) + sgn(W) + 4
+            near = (min(near['W'], 3) + 4 * min(near['N'], 3) + 16 * min(near['NW'], 1) + 32 * min(near['NE'], 1)
+                    + 64 * min(near['WW'] + near['NN'], 3))
+            sign_context = 3 * sgn(q(x, y - 1)) + sgn(q(x - 1, y)) + 4
+            u = state & 1
 
             def coded(first, second, w):
                 return coder.adaptive(first, 255) if activity == 0 else coder.mixed((first, second), w, 255, 15)
 
-            if not coded(models.zero[activity, t, s, edge], models.zero_near[near, t], models.zero_weights[activity]):
+            if not coded(models.zero[u, activity, t, s, edge], models.zero_near[u, near, t],
+                         models.zero_weights[u, activity]):
+                state = next_state(state, 0)
                 continue
             negative = coder.adaptive(models.sign[t, sign_context], 255)
             n = 1
@@ -495,7 +507,8 @@ def read_band(coder, models, patch, l, t):
                 n += 1
             if n == 15:
                 n += coder.golomb(models.tail[t])
-            q.rows[y][x] = -n if negative else n
+            state = next_state(state, n)
+            q.rows[y][x] = -(2 * n - u) if negative else 2 * n - u
         if coder.exhausted():
             q.rows[y] = [0] * q.width
             raise Exhausted
@@ -670,11 +683,11 @@ LIFT = [f32(float(x)) for x in TABLES['lifting']]
 LOW_SCALE = f32(float(TABLES['low_scale']))
 HIGH_SCALE = f32(1 / LOW_SCALE)
 SQRT_HALF = f32(0.70710678)
-BIAS = f32(0.03)
+ONE = f32(1.2)
 
 
 def value(q, d):
-    return 0.0 if q == 0 else f32(f32(f32(float(q)) - BIAS if q > 0 else f32(float(q)) + BIAS) * d)
+    return f32(f32(float(q)) * (f32(ONE * d) if abs(q) == 1 else d))
 
 
 def lift(v, mask):

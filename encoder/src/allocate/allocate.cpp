@@ -90,7 +90,7 @@ std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patc
   return c;
 }
 
-// Bits of a patch's coefficients and the squared error of their quantisation.
+// Bits of a patch's coefficients and the squared error of their quantisation, estimated.
 double code_image(CountingCoder& coder, CoefficientModels& models, const WaveletImage& image, float step) {
   std::vector<int32_t> q(image.pyramid.size, 0);
   quantise_low(image, step, q.data());
@@ -98,7 +98,7 @@ double code_image(CountingCoder& coder, CoefficientModels& models, const Wavelet
   double squared = 0;
   for (int level = kLevels - 1; level >= 0; level--)
     for (int type = 0; type < 3; type++)
-      squared += quantise_band(coder, models, image, level, type, step, float(kTrade), q.data());
+      squared += estimate_band(coder, models, image, level, type, step, float(kTrade), q.data());
   return squared;
 }
 

@@ -37,7 +37,7 @@ class Allocator {
 
   struct Choice {
     std::vector<int> resolution;  // index for each patch; kDropped: the patch has no pixels
-    double step;                  // of resolution index 0
+    double step;                  // of resolution index 0, of a scalar quantiser
   };
   static constexpr int kDropped = -1;
 
@@ -71,7 +71,8 @@ class Allocator {
 // The format's range of a step.
 constexpr double kLeastStep = 1.0 / 32, kMostStep = 1 << 19;
 
-// RDOQ's exchange rate: squared steps a bit. With it, lambda = kTrade * (step * spacing)^2.
+// RDOQ's exchange rate: squared steps a bit, of the scalar quantiser that allocation counts with. With it,
+// lambda = kTrade * (step * spacing)^2.
 constexpr double kTrade = 0.11;
 
 }  // namespace relief

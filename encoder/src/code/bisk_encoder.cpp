@@ -61,7 +61,7 @@ Progress start(const CodedPatch& coded, const StreamPlacement& placement) {
   each_coefficient(image.pyramid, image.mask.data(), [&](int number, size_t i) {
     const float v = image.value[i] / step_of_band(number, step);
     const float most = float((1 << kMostPlanes) - 1);
-    const int32_t m = int32_t(std::min(std::fabs(v) + 0.5f + kReconstructionBias, most));
+    const int32_t m = int32_t(std::min(std::fabs(v) + 0.5f, most));
     s.target[i] = v < 0 ? -m : m;
     largest = std::max(largest, m);
   });
@@ -73,7 +73,7 @@ Progress start(const CodedPatch& coded, const StreamPlacement& placement) {
   return s;
 }
 
-// In units of the stream's squared step; each coefficient in terms of its band's step, see quantise_band.
+// In units of the stream's squared step; each coefficient in terms of its band's step, see estimate_band.
 double squared_error(const Progress& s, float step) {
   const WaveletImage& image = *s.coded->image;
   double sum = 0;

@@ -7,9 +7,11 @@
 #include "code/bisk_encoder.h"
 #include "code/quantise.h"
 #include "code/range_encoder.h"
+#include "code/trellis.h"
 #include "container.h"
 #include "mask.h"
 #include "patch_table.h"
+#include "span_context.h"
 
 namespace relief {
 namespace {
@@ -63,6 +65,7 @@ std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
   RangeEncoder coder;
   const auto models = std::make_unique<CoefficientModels>();
   models->init();
+  Trellis trellis;
   std::vector<std::vector<int32_t>> q(images.size());
   for (size_t i = 0; i < images.size(); i++) {
     q[i].assign(images[i]->pyramid.size, 0);
@@ -71,8 +74,10 @@ std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
   }
   for (int level = kLevels - 1; level >= 0; level--)
     for (size_t i = 0; i < images.size(); i++)
-      for (int type = 0; type < 3; type++)
-        quantise_band(coder, *models, *images[i], level, type, step[i], trade, q[i].data());
+      for (int type = 0; type < 3; type++) {
+        trellis.quantise(*images[i], level, type, step[i], trade, q[i].data());
+        code_band(coder, *models, images[i]->pyramid, q[i].data(), images[i]->mask.data(), level, type);
+      }
   return coder.finish();
 }
 

@@ -22,7 +22,7 @@ struct StreamPlacement {
   float origin[3];
   float scale;
   float spacing, step;  // of index 0, lattice units
-  float trade;          // of RDOQ: squared steps a bit
+  float trade;          // of quantisation by rate and distortion: squared steps a bit
   bool closed;          // the surface has no border
   bool bisk = false;    // coder: bisk, else subband
   // Of bisk only. Its finest bit plane is below `step`; the code is cut.

@@ -8,6 +8,7 @@
 
 #include "allocate/allocate.h"
 #include "code/stream.h"
+#include "code/trellis.h"
 #include "colours.h"
 #include "colours/nearest_colours.h"
 #include "seams/decoded.h"
@@ -77,7 +78,7 @@ class Colourer {
       std::vector<const WaveletImage*> images;
       for (const WaveletImage& image : images_[size_t(c)]) images.push_back(&image);
       coded[size_t(c)] =
-          code_images(images, std::vector<float>(images.size(), colour_step(h, c)), float(kTrade));
+          code_images(images, std::vector<float>(images.size(), colour_step(h, c)), trellis_trade(kTrade));
     });
     const auto table = stream_.begin() + ptrdiff_t(parsed_.table_begin);
     std::vector<uint8_t> out(stream_.begin(), table);
@@ -120,10 +121,10 @@ CodedColours add_colours(const TriangleMesh& input, const ColourTarget& target,
   const Colourer colourer(stream, images);
   // Bisection on the step, in its logarithm. What keeps within the target is a large step for bytes, a small
   // one for the error.
-  constexpr uint32_t kFinestForBytes = 512;  // errs by about a level: finer steps would code noise
+  constexpr uint32_t kFinestForBytes = 300;  // errs by about a level: finer steps would code noise
   double low = std::log(double(target.bytes ? kFinestForBytes : kLeastColourStep)),
          high = std::log(double(kMostColourStep));
-  double x = std::log(256 * 2 * (target.bytes ? 4 : target.error));
+  double x = std::log(256 * 1.2 * (target.bytes ? 4 : target.error));
   CodedColours result;
   std::vector<uint8_t> best;
   for (int i = 0; i < kMost; i++) {
