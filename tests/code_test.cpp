@@ -1066,7 +1066,7 @@ TEST(Stream, GigabytesForAKilobyteAreRefused) {
 TEST(Ledger, AddsUpToTheStream) {
   for (const Golden& g : read_golden(RELIEF_SOURCE_DIR "/tests/golden")) {
     const Ledger l = read_ledger(g.stream);
-    EXPECT_EQ(l.header + l.side + l.masks + l.coefficients + l.seams, g.stream.size()) << g.name;
+    EXPECT_EQ(l.header + l.side + l.masks + l.coefficients + l.seams + l.colours, g.stream.size()) << g.name;
     const std::vector<uint64_t>& parts = l.by_plane.empty() ? l.by_level : l.by_plane;
     EXPECT_EQ(std::accumulate(parts.begin(), parts.end(), uint64_t(0)), l.coefficients) << g.name;
     EXPECT_EQ(g.stream[4] & kFlagBisk ? l.by_level.size() : l.by_plane.size(), 0u);

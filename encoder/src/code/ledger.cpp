@@ -171,7 +171,9 @@ Ledger read_ledger(const std::vector<uint8_t>& stream) {
   std::vector<PatchHeader> patches(h.patch_count);
   RangeDecoder table(stream.data() + parsed.table_begin, h.table_bytes, false);
   check(parse_table(table, limits, parsed, patches.data()));
-  if (parsed.cut) throw InputError("the stream is not whole");
+  const auto& colours = h.colour_bytes;
+  if (parsed.cut || parsed.colour_bytes < std::accumulate(colours, colours + kChannels, size_t(0)))
+    throw InputError("the stream is not whole");
 
   Ledger ledger;
   CountingDecoder masks(table);
