@@ -52,7 +52,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
                               &h.triangle_count, &h.table_bytes, &h.coefficient_bytes, &h.seam_bytes};
   for (uint32_t* c : counts)
     if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
-  h.colour_step = 0;
+  h.colour_step = h.colour_bytes[0] = h.colour_bytes[1] = h.colour_bytes[2] = 0;
   uint64_t colour_bytes = 0;
   if (h.flags & kFlagColoured) {
     uint32_t* const colours[] = {&h.colour_step, &h.colour_bytes[0], &h.colour_bytes[1], &h.colour_bytes[2]};
