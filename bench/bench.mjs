@@ -1,4 +1,6 @@
-// node bench.mjs [--quick] MODEL.ply...: measures everything and writes bench/results (called by bench/run).
+// node bench.mjs [--quick] [--relief] MODEL.ply...: measures everything and writes bench/results (called by bench/run).
+// --relief: measures Relief and the times of decoding; the bytes and errors of the others, whose programs do not change, are
+// those of the results that are there.
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
@@ -11,7 +13,15 @@ import { plot } from './plot.mjs';
 import { figures, report } from './report.mjs';
 
 const quick = process.argv.includes('--quick');
+const peers = process.argv.includes('--relief') ? [relief] : [relief, draco, simplifyDraco, gltfpack];
 const files = process.argv.slice(2).filter(argument => !argument.startsWith('--'));
+
+// What the results that are there say of the peers that are not measured.
+function others(name) {
+  if (peers.length > 1) return { points: [], leftOut: [] };
+  const { points, leftOut } = JSON.parse(fs.readFileSync(path.join(root, 'bench/results/results.json'), 'utf8')).models.find(model => model.name === name);
+  return { points: points.filter(({ peer }) => peer !== 'Relief'), leftOut: leftOut.filter(line => !line.startsWith('Relief')) };
+}
 
 async function measureModel(file) {
   const name = path.basename(file, path.extname(file));
@@ -26,7 +36,10 @@ async function measureModel(file) {
       const { peer, settings, bytes, rms } = points.at(-1);
       console.log(`${name}: ${peer} ${settings}: ${bytes} bytes, E ${rms.toFixed(3)}`);
     };
-    for (const peer of [relief, draco, simplifyDraco, gltfpack]) await peer(model, record);
+    for (const peer of peers) await peer(model, record);
+    const kept = others(name);
+    points.push(...kept.points);
+    model.leftOut.push(...kept.leftOut);
     const decoding = await decodeTimes(model);
     for (const [who, time] of Object.entries(decoding.times)) console.log(`${name}: ${who}: ${time.median.toFixed(1)} ms`);
     for (const line of model.leftOut) console.log(`${name}: left out: ${line}`);
