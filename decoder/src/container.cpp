@@ -48,19 +48,19 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   h.spacing = read_float(p + 21);
   h.step = read_float(p + 25);
   p += kFixed;
-  uint32_t* const counts[] = {&h.patch_count,    &h.mask_pixels, &h.boundary_nodes,    &h.vertex_count,
-                              &h.triangle_count, &h.table_bytes, &h.coefficient_bytes, &h.seam_bytes};
-  for (uint32_t* c : counts)
-    if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
-  h.colour_step = h.colour_bytes[0] = h.colour_bytes[1] = h.colour_bytes[2] = 0;
-  uint64_t colour_bytes = 0;
-  if (h.flags & kFlagColoured) {
-    uint32_t* const colours[] = {&h.colour_step, &h.colour_bytes[0], &h.colour_bytes[1], &h.colour_bytes[2]};
-    for (uint32_t* c : colours)
-      if (!read_varint(p, end, *c)) return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
-    for (uint32_t b : h.colour_bytes) colour_bytes += b;
-    if (h.colour_step < kLeastColourStep || h.colour_step > kMostColourStep) return RELIEF_ERROR_CORRUPT;
+  uint32_t* const counts[] = {&h.patch_count,       &h.mask_pixels,     &h.boundary_nodes,
+                              &h.vertex_count,      &h.triangle_count,  &h.table_bytes,
+                              &h.coefficient_bytes, &h.seam_bytes,      &h.colour_step,
+                              &h.colour_bytes[0],   &h.colour_bytes[1], &h.colour_bytes[2]};
+  constexpr int kWithoutColours = 8;
+  const bool coloured = h.flags & kFlagColoured;
+  for (int i = 0; i < kWithoutColours + 1 + kChannels; i++) {
+    *counts[i] = 0;
+    if ((i < kWithoutColours || coloured) && !read_varint(p, end, *counts[i]))
+      return p == end ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_CORRUPT;
   }
+  if (coloured && (h.colour_step < kLeastColourStep || h.colour_step > kMostColourStep))
+    return RELIEF_ERROR_CORRUPT;
   // positions stay finite: |origin| + scale * limit < 2^127
   bool ok = (h.flags & ~uint32_t(kFlagClosed | kFlagBisk | kFlagColoured)) == 0 &&
             within(h.scale, 1e-30f, 1e30f) && within(h.spacing, 1.0f, float(1 << 20)) &&
@@ -77,6 +77,8 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
   const size_t left = size - parsed.coefficients_begin;
+  uint64_t colour_bytes = 0;
+  for (uint32_t b : h.colour_bytes) colour_bytes += b;
   const uint64_t surface_bytes = uint64_t(h.coefficient_bytes) + h.seam_bytes;
   if (left > surface_bytes + colour_bytes) return RELIEF_ERROR_CORRUPT;  // bytes too many
   parsed.cut = left < surface_bytes;

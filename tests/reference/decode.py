@@ -80,24 +80,16 @@ class Stream:
         *self.origin, self.scale, self.spacing, self.step = struct.unpack_from('<6f', data, 5)
         at = 29
         counts = []
-        for _ in range(8):
+        for _ in range(12 if self.flags & 4 else 8):
             value, at, good = varint(data, at)
             if not good:
                 raise Error(TRUNCATED if at == len(data) else CORRUPT)
             counts.append(value)
         (self.patch_count, self.mask_pixels, self.boundary_nodes, self.vertex_count, self.triangle_count,
-         table, coefficients, seams) = counts
-        self.colour_step, colours = 256, [0, 0, 0]
-        if self.flags & 4:
-            extra = []
-            for _ in range(4):
-                value, at, good = varint(data, at)
-                if not good:
-                    raise Error(TRUNCATED if at == len(data) else CORRUPT)
-                extra.append(value)
-            self.colour_step, *colours = extra
-        if (self.flags & ~7 or not 16 <= self.colour_step <= 1 << 16 or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin)
-                or not f32(1e-30) <= self.scale <= f32(1e30) or not 1 <= self.spacing <= 1 << 20
+         table, coefficients, seams) = counts[:8]
+        self.colour_step, *colours = counts[8:] or (256, 0, 0, 0)
+        if (self.flags & ~7 or not 16 <= self.colour_step <= 1 << 16
+                or not all(-f32(1e37) <= o <= f32(1e37) for o in self.origin) or not f32(1e-30) <= self.scale <= f32(1e30) or not 1 <= self.spacing <= 1 << 20
                 or not 1 / 64 <= self.step <= 1 << 20 or self.patch_count == 0
                 or self.boundary_nodes > self.mask_pixels or self.mask_pixels < 3):
             raise Error(CORRUPT)

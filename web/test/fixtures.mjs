@@ -157,3 +157,13 @@ export function mixedGlb() {
   writeGlb(file, json, Buffer.concat([padded, triangle]));
   return file;
 }
+
+// The sphere's GLB after alter(json, primitive, bytes, where the stream begins in them), which should make it contradict itself.
+export function alteredGlb(alter) {
+  const { json, binary } = readGlb(sphereGlb());
+  const bytes = Buffer.from(binary), primitive = json.meshes[0].primitives[0];
+  alter(json, primitive, bytes, json.bufferViews[primitive.extensions.RELIEF_patch_compression.bufferView].byteOffset ?? 0);
+  const file = scratch('altered.glb');
+  writeGlb(file, json, bytes);
+  return file;
+}

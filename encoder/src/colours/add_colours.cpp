@@ -97,7 +97,9 @@ class Colourer {
 };
 
 double rms(const std::vector<uint8_t>& stream, const std::vector<Colour>& wanted) {
-  const TriangleMesh mesh = decode(stream.data(), stream.size());
+  DecodeOptions vertices_alone;  // without closing the gaps
+  vertices_alone.points = true;
+  const TriangleMesh mesh = decode(stream.data(), stream.size(), vertices_alone);
   double sum = 0;
   for (size_t v = 0; v < wanted.size(); v++)
     for (size_t k = 0; k < 3; k++) {
