@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <set>
+
 #include "closed_shapes.h"
 #include "measure/surface_error.h"
 #include "relief/encoder.h"
@@ -74,6 +77,58 @@ TEST(OpenShapes, KeepTheirLoops) {
       EXPECT_EQ(after.genus, before.genus);
       EXPECT_EQ(after.nonmanifold_edges + after.nonmanifold_vertices, 0u);
     }
+}
+
+std::vector<std::array<float, 3>> border_vertices(const TriangleMesh& mesh) {
+  std::set<std::array<uint32_t, 2>> edges;
+  for (const auto& t : mesh.triangles)
+    for (size_t k = 0; k < 3; k++) edges.insert({t[k], t[(k + 1) % 3]});
+  std::vector<std::array<float, 3>> found;
+  for (const auto& [a, b] : edges)
+    if (!edges.count({b, a})) found.push_back(mesh.positions[a]);
+  return found;
+}
+
+// The largest distance from one of `from` to the nearest of `to`.
+double farthest(const std::vector<std::array<float, 3>>& from, const std::vector<std::array<float, 3>>& to) {
+  double most = 0;
+  for (const auto& p : from) {
+    double least = INFINITY;
+    for (const auto& q : to)
+      least = std::min(least, std::hypot(double(p[0] - q[0]), double(p[1] - q[1]), double(p[2] - q[2])));
+    most = std::max(most, least);
+  }
+  return most;
+}
+
+// Loops stay where they are, however small, and the surface opens nowhere else: neither beside a hole of one
+// triangle nor around a limb that closes to a ring, across which the decoder's links would make a handle.
+TEST(OpenShapes, OpenWhereTheyDid) {
+  TriangleMesh sheet = make_waves(60);
+  for (size_t t : {1500, 3300, 5000}) sheet.triangles.erase(sheet.triangles.begin() + ptrdiff_t(t));
+  TriangleMesh ring = make_torus(144, 60), window = ring;
+  ring.triangles.erase(ring.triangles.begin() + 4000);
+  std::erase_if(window.triangles, [&](const auto& t) { return window.positions[t[0]][0] > 1.3f; });
+  for (const TriangleMesh& mesh : {sheet, ring, window}) {
+    const Topology before = topology(mesh);
+    const auto border = border_vertices(mesh);
+    for (double error : {2e-3, 5e-4, 1e-4}) {
+      SCOPED_TRACE(std::to_string(mesh.triangles.size()) + " triangles at " + std::to_string(error));
+      EncodeOptions options;
+      options.error = error;
+      options.aperture = 30;  // many patches
+      const EncodeResult result = encode(mesh, options);
+      const TriangleMesh decoded = decode(result.stream.data(), result.stream.size());
+      const Topology after = topology(decoded);
+      EXPECT_EQ(after.boundary_loops, before.boundary_loops);
+      EXPECT_EQ(after.components, before.components);
+      EXPECT_EQ(after.genus, before.genus);
+      const auto border_after = border_vertices(decoded);
+      constexpr double kNear = 0.25;  // of surfaces 2 and 2.6 wide
+      EXPECT_LT(farthest(border_after, border), kNear);
+      EXPECT_LT(farthest(border, border_after), kNear);
+    }
+  }
 }
 
 // Triangles between patches do not turn over on a smooth surface.

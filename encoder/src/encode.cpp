@@ -22,11 +22,14 @@ namespace {
 constexpr size_t kErrorSamples = 200000;  // each way
 constexpr int kDiffusionRounds = 24;
 constexpr double kRingReach = 10;          // mean vertex spacings around a patch that its raster sees
+constexpr double kBorderReach = 64;        // likewise, around the surface's border: some of a coarse grid
+constexpr double kPointHole = 2;           // likewise, least radius of a hole between points
 constexpr double kCoarsest = 16;           // spacing of resolution 0, mean vertex spacings
 constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
 constexpr double kUsualSlope = 0.27;       // of the logarithm of error or bytes over that of lambda
 constexpr double kUsualStep = 4.5;         // times spacing, over error times mean vertex spacing
 constexpr int kMaxTrials = 12;
+constexpr int kPatience = 3;         // trials, after which each may be twice as far from the target
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
 // patch.
@@ -81,7 +84,8 @@ struct Job {
   std::vector<PatchFaces> patches = {};
   std::unique_ptr<ErrorMeter> meter = nullptr;
   double spacing = 0;  // mean spacing of the input's vertices
-  bool closed = true;
+  SurfaceBorder border = {};
+  std::vector<SurfaceBorder::Loop> loops = {};  // of it, that must not vanish
   // the surface, where that is not the mesh: components were dropped, or faces are curved
   TriangleMesh measured = {};
   std::unique_ptr<Allocator> allocator = nullptr;
@@ -177,7 +181,7 @@ void gather(Job& m, Stopwatch& watch) {
   m.ownership = diffuse_labels(m.surface, m.partition, kDiffusionRounds);
   m.patches = gather_patches(m.surface, m.partition, kRingReach * m.spacing);
   m.allocator = std::make_unique<Allocator>(AllocationInput{m.surface, m.ownership, m.patches, distance_to(m),
-                                                            kCoarsest * m.spacing, m.options.fit});
+                                                            m.loops, kCoarsest * m.spacing, m.options.fit});
   watch.lap("resample");
 }
 
@@ -196,9 +200,11 @@ void prepare(Job& m, Stopwatch& watch) {
   m.surface = build_surface(m.mesh);
   if (m.options.min_component > 0) drop_components(m.mesh, m.options.min_component, m.surface);
   if (m.points) m.points->bulge(m.surface);
-  for (const auto& a : m.surface.adjacent) m.closed = m.closed && a[0] >= 0 && a[1] >= 0 && a[2] >= 0;
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
   m.topology = topology(in_model_units(m.surface));
+  m.border = border_of(m.surface, kBorderReach * m.spacing, m.points ? kPointHole * m.spacing : 0);
+  if (!m.points) m.loops = m.border.loops;
+  m.topology.boundary_loops = m.border.loops.size();
   watch.lap("surface");
   if (!m.surface.bulge.empty())
     m.measured = curved_mesh(m.surface);
@@ -209,7 +215,7 @@ void prepare(Job& m, Stopwatch& watch) {
 }
 
 SeamsInput seams_input(const Job& m) {
-  return {m.surface, m.topology, distance_to(m), m.closed, m.effort.face_trials};
+  return {m.surface, m.topology, distance_to(m), m.border, m.effort.face_trials};
 }
 
 // The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
@@ -231,7 +237,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   const bool bisk = m.options.coder == Coder::kBisk;
   step = std::max(bisk ? step : kTrellisStep * step, finest_step(s.patches));
   const float trade = bisk ? float(kTrade) : trellis_trade(kTrade);
-  s.placement = {{}, float(m.surface.scale), float(spacing), float(step), trade, m.closed};
+  s.placement = {{}, float(m.surface.scale), float(spacing), float(step), trade, m.border.loops.empty()};
   s.placement.bisk = bisk;
   s.placement.even = m.options.allocation == Allocation::kEven;
   for (int k = 0; k < 3; k++) s.placement.origin[k] = float(m.surface.origin[k]);
@@ -458,9 +464,10 @@ Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
       }
     }
     bracket.add(x, y);
-    const double r = rank(t, y, m.effort.near, bytes);
+    const double near = m.effort.near * std::exp2(std::max(0, i + 1 - kPatience));
+    const double r = rank(t, y, near, bytes);
     if (r < best_rank) best_rank = r, best = std::move(t);
-    if (std::fabs(y) < m.effort.near) break;
+    if (std::fabs(y) < near) break;
     const double next = bracket.next(x, y);
     if (next == x) break;
     x = next;

@@ -7,13 +7,14 @@
 
 #include "seams/borders.h"
 #include "seams/gap_error.h"
+#include "seams/holes.h"
 
 namespace relief {
 namespace {
 
-// A face between patches is a hole of the surface where its triangles' middles leave it by so many grid
-// spacings, and may be one from the second figure on.
-constexpr float kHole = 1.0f, kMaybeHole = 0.2f;
+// A face along the surface's border is a hole where its triangles' middles leave the surface by so many grid
+// spacings.
+constexpr float kHole = 1.0f;
 constexpr int kMostTrials = 12;
 // Links that are left out across a handle that is not made, at least: fewer cross their neighbours.
 constexpr size_t kFewLinks = 4;
@@ -55,6 +56,7 @@ struct Context : SeamsInput {
     part = connected_parts(plain.mesh, plain.patch_triangles(), parts);
     part.resize(ground.pixel.size());
   }
+  bool closed() const { return border.loops.empty(); }
 };
 
 // How far a topology is from the surface's: pieces and loops count more than handles.
@@ -74,7 +76,7 @@ struct Attempt {
 
 // All that find_seams compares. Every vertex is used, and the decoder makes nothing but manifolds.
 Topology topology_of(const Context& in, const DecodedMesh& d) {
-  const Borders::Count border = in.closed ? Borders::Count{} : in.borders.count(d);
+  const Borders::Count border = in.closed() ? Borders::Count{} : in.borders.count(d);
   const uint64_t faces = d.mesh.triangles.size(), edges = (3 * faces + border.edges) / 2;
   Topology t;
   t.components = uint64_t(join_across_gaps(d, in.part, in.parts, nullptr));
@@ -99,30 +101,19 @@ GapError error_of(const Context& in, const Attempt& a, const GapError& like = {}
   return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known);
 }
 
-// Faces that may be holes, the emptiest first, with distances in grid spacings.
-std::vector<Suspect> suspicious_faces(const Context& in, const Attempt& a) {
-  const DecodedMesh& d = a.decoded;
-  const GapError error = error_of(in, a);
-  std::vector<Suspect> faces;
-  for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
-    float furthest = 0;
-    for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++)
-      furthest = std::max(furthest, error.triangle[t - d.patch_triangles()].middle);
-    const float spacings = furthest / in.coded.placement.spacing;
-    if (spacings >= kMaybeHole) faces.push_back({spacings, f});
-  }
-  worst_first(faces);
-  return faces;
+std::vector<HoleFace> hole_faces(const Context& in, const Attempt& filled) {
+  return faces_along_border(filled.decoded, in.ground, in.border, error_of(in, filled),
+                            in.coded.placement.spacing);
 }
 
 // With these links, and every face open that is clearly a hole.
 Attempt open_holes(const Context& in, Seams links) {
   std::sort(links.handles.begin(), links.handles.end());
   Attempt filled = attempt(in, std::move(links));
-  if (in.closed) return filled;
+  if (in.closed()) return filled;
   Seams seams = filled.seams;
-  for (const Suspect& face : suspicious_faces(in, filled))
-    if (face.distance > kHole) seams.holes.push_back(face.number);
+  for (const HoleFace& hole : hole_faces(in, filled))
+    if (hole.distance > kHole) seams.holes.push_back(hole.face);
   return seams.holes.empty() ? filled : attempt(in, std::move(seams));
 }
 
@@ -135,26 +126,37 @@ Pieces pieces_of(const Context& in, const std::vector<uint32_t>& dropped) {
   return join_parts(in.plain, in.ground, in.part, in.parts, dropped);
 }
 
-// Opens or closes the faces that one cannot be sure of, as long as that brings the number of loops nearer.
+// Opens faces for the loops that have none yet, or closes such of several for one loop, as long as that
+// brings the number of loops nearer. What lies along a loop with all of its nodes is tried first.
 void adjust_holes(const Context& in, Attempt& best) {
   Seams closed = best.seams;
   closed.holes.clear();
-  const Attempt filled = attempt(in, std::move(closed));
-  const std::vector<Suspect> faces = suspicious_faces(in, filled);
+  std::vector<HoleFace> faces = hole_faces(in, attempt(in, std::move(closed)));
+  std::stable_sort(faces.begin(), faces.end(), [](const HoleFace& a, const HoleFace& b) {
+    return a.share != b.share ? a.share > b.share : a.distance > b.distance;
+  });
+  std::vector<int> open(in.border.loops.size(), 0);  // faces of each loop
+  auto is_open = [&](const HoleFace& h) {
+    return std::binary_search(best.seams.holes.begin(), best.seams.holes.end(), h.face);
+  };
+  for (const HoleFace& h : faces) open[size_t(h.loop)] += is_open(h);
   int trials = 0;
-  for (size_t i = 0; i < faces.size() && trials < kMostTrials; i++) {
-    if (best.topology.boundary_loops == in.topology.boundary_loops) return;
-    Seams seams = best.seams;
-    const auto at = std::find(seams.holes.begin(), seams.holes.end(), faces[i].number);
-    if ((best.topology.boundary_loops > in.topology.boundary_loops) != (at != seams.holes.end())) continue;
-    if (at == seams.holes.end())
-      seams.holes.push_back(faces[i].number);
-    else
-      seams.holes.erase(at);
-    Attempt a = attempt(in, std::move(seams));
-    trials++;
-    if (a.mismatch < best.mismatch) best = std::move(a);
-  }
+  auto try_all = [&](bool opening, auto begin, auto end) {
+    for (auto h = begin; h != end && trials < kMostTrials; ++h) {
+      const uint64_t is = best.topology.boundary_loops, should = in.topology.boundary_loops;
+      int& count = open[size_t(h->loop)];
+      if (opening ? is >= should || count > 0 : is <= should || count < 2 || !is_open(*h)) continue;
+      Seams seams = best.seams;
+      opening ? seams.holes.push_back(h->face) : void(std::erase(seams.holes, h->face));
+      Attempt a = attempt(in, std::move(seams));
+      trials++;
+      if (a.mismatch >= best.mismatch) continue;
+      best = std::move(a);
+      count += opening ? 1 : -1;
+    }
+  };
+  try_all(true, faces.begin(), faces.end());
+  try_all(false, faces.rbegin(), faces.rend());
 }
 
 // Links that were left out although they run along the surface, in groups of neighbours, without those that
@@ -360,7 +362,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
   FaceTrials(in, best).run();
-  if (thorough && !input.closed) adjust_holes(in, best);
+  if (thorough && !in.closed()) adjust_holes(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }
 

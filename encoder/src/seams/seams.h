@@ -6,6 +6,7 @@
 #include "measure/topology.h"
 #include "resample/cliffs.h"
 #include "seams/masks.h"
+#include "surface/border.h"
 
 namespace relief {
 
@@ -13,7 +14,7 @@ struct SeamsInput {
   const Surface& surface;
   Topology topology;  // of the surface
   DistanceToSurface distance;
-  bool closed;
+  const SurfaceBorder& border;
   int face_trials;  // decodings, at most, to find links for the worst faces between patches
 };
 
