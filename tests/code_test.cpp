@@ -510,7 +510,6 @@ TEST(Coefficients, RoundTrip) {
   auto models = std::make_unique<CoefficientModels>();
   models->init();
   RangeEncoder encoder;
-  Trellis trellis;
   const float step = 2;
   for (CodedBands& c : all) {
     quantise_low(c.image, step, c.q.data());
@@ -519,7 +518,8 @@ TEST(Coefficients, RoundTrip) {
   for (int l = kLevels - 1; l >= 0; l--)
     for (CodedBands& c : all)
       for (int t = 0; t < 3; t++) {
-        trellis.quantise(c.image, l, t, step, 0.3f, c.q.data());
+        CoefficientModels trial = *models;
+        quantise_by_trellis(trial, c.image, l, t, step, 0.3f, c.q.data());
         const std::vector<int32_t> quantised = c.q;
         code_band(encoder, *models, c.image.pyramid, c.q.data(), c.image.mask.data(), l, t);
         ASSERT_EQ(c.q, quantised) << "values that no state has";
@@ -600,12 +600,12 @@ Cost trellis_cost(const WaveletImage& image, float step, float trade) {
   auto models = std::make_unique<CoefficientModels>();
   models->init();
   CountingCoder coder;
-  Trellis trellis;
   std::vector<int32_t> q(image.pyramid.size, 0);
   double squared = 0;
   for (int l = kLevels - 1; l >= 0; l--)
     for (int t = 0; t < 3; t++) {
-      squared += trellis.quantise(image, l, t, kTrellisStep * step, trellis_trade(trade), q.data());
+      CoefficientModels trial = *models;
+      squared += quantise_by_trellis(trial, image, l, t, kTrellisStep * step, trellis_trade(trade), q.data());
       code_band(coder, *models, image.pyramid, q.data(), image.mask.data(), l, t);
     }
   return {squared / (step * step), coder.bits()};
@@ -647,12 +647,13 @@ TEST(Coefficients, ReportedErrorIsTheDecodersError) {
   const Picture p = {60, 60, random_mask(random, 60, 60)};
   const std::vector<float> z = random_heights(random, p, 50);
   const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
-  Trellis trellis;
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
   std::vector<int32_t> q(image.pyramid.size, 0);
   const float step = 3;
   for (int l = kLevels - 1; l >= 0; l--)
     for (int t = 0; t < 3; t++) {
-      const double reported = trellis.quantise(image, l, t, step, 0.3f, q.data());
+      const double reported = quantise_by_trellis(*models, image, l, t, step, 0.3f, q.data());
       double squared = 0;
       const Band& b = image.pyramid.high[l][t];
       for (uint32_t y = 0; y < b.height; y++)
@@ -841,7 +842,8 @@ Built build(std::vector<Picture> pictures, Random& random) {
                      &b.images[i],
                      b.maps[i].z.data(),
                      nullptr});
-  b.parts = code_stream(coded, b.placement);
+  QuantisedImages quantised;
+  b.parts = code_stream(coded, b.placement, quantised);
   return b;
 }
 

@@ -97,6 +97,7 @@ struct Sampled {
   std::vector<int> patch_number;
   StreamPlacement placement;
   std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
+  QuantisedImages quantised;        // with the last step
   bool mended = false;              // of more than strays
 };
 
@@ -246,7 +247,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
 }
 
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
-  mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned);
+  mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned, s.quantised);
   s.mended = rounds > 0;
   watch.lap("mend");
 }
@@ -259,9 +260,9 @@ size_t count_coincident(const TriangleMesh& mesh) {
 }
 
 // thorough: the last word on a stream, see find_seams.
-Trial code(const Job& m, const Sampled& s, bool thorough, Stopwatch& watch) {
+Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch) {
   Trial trial;
-  const StreamParts parts = code_stream(s.patches, s.placement);
+  const StreamParts parts = code_stream(s.patches, s.placement, s.quantised);
   watch.lap("code");
   FoundSeams found = find_seams(parts, s.patches, seams_input(m), thorough);
   trial.mesh = std::move(found.mesh);
@@ -339,6 +340,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   if (m.options.unquantised) {
     s.placement.step = float(finest);
     s.placement.trade = 0;
+    s.quantised = {};
     s.placement.coefficient_bytes = SIZE_MAX;
     best.unquantised = code(m, s, true, watch).stream;
   }

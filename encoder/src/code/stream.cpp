@@ -43,14 +43,14 @@ void code_masks(RangeEncoder& coder, const std::vector<CodedPatch>& patches, Str
 }
 
 std::vector<uint8_t> code_coefficients(const std::vector<CodedPatch>& patches,
-                                       const StreamPlacement& placement) {
+                                       const StreamPlacement& placement, QuantisedImages& known) {
   std::vector<const WaveletImage*> images;
   std::vector<float> step;
   for (const CodedPatch& p : patches) {
     images.push_back(p.image);
     step.push_back(float(double(placement.step) * quarter_power(p.header.step_index)));
   }
-  return code_images(images, step, placement.trade);
+  return code_images(images, step, placement.trade, known);
 }
 
 }  // namespace
@@ -61,23 +61,29 @@ void put_varint(std::vector<uint8_t>& out, uint32_t value) {
 }
 
 std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
-                                 const std::vector<float>& step, float trade) {
+                                 const std::vector<float>& step, float trade, QuantisedImages& known) {
   RangeEncoder coder;
-  const auto models = std::make_unique<CoefficientModels>();
+  const auto models = std::make_unique<CoefficientModels>(), trial = std::make_unique<CoefficientModels>();
   models->init();
-  Trellis trellis;
-  std::vector<std::vector<int32_t>> q(images.size());
+  std::vector<std::vector<int32_t>*> q;
+  std::vector<char> is_new;
   for (size_t i = 0; i < images.size(); i++) {
-    q[i].assign(images[i]->pyramid.size, 0);
-    quantise_low(*images[i], step[i], q[i].data());
-    code_low(coder, *models, images[i]->pyramid, q[i].data(), images[i]->mask.data());
+    q.push_back(&known.of(images[i], step[i]));
+    is_new.push_back(q[i]->empty());
+    if (is_new[i]) {
+      q[i]->assign(images[i]->pyramid.size, 0);
+      quantise_low(*images[i], step[i], q[i]->data());
+    }
+    code_low(coder, *models, images[i]->pyramid, q[i]->data(), images[i]->mask.data());
   }
   for (int level = kLevels - 1; level >= 0; level--)
-    for (size_t i = 0; i < images.size(); i++)
+    for (size_t i = 0; i < images.size(); i++) {
+      if (is_new[i]) *trial = *models;
       for (int type = 0; type < 3; type++) {
-        trellis.quantise(*images[i], level, type, step[i], trade, q[i].data());
-        code_band(coder, *models, images[i]->pyramid, q[i].data(), images[i]->mask.data(), level, type);
+        if (is_new[i]) quantise_by_trellis(*trial, *images[i], level, type, step[i], trade, q[i]->data());
+        code_band(coder, *models, images[i]->pyramid, q[i]->data(), images[i]->mask.data(), level, type);
       }
+    }
   return coder.finish();
 }
 
@@ -109,7 +115,8 @@ uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t heig
   return n;
 }
 
-StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement) {
+StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,
+                        QuantisedImages& known) {
   StreamParts parts;
   parts.placement = placement;
   parts.patches = uint32_t(patches.size());
@@ -130,7 +137,7 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
     code.bytes.resize(std::min(wanted, code.bytes.size()));
     parts.coefficients = std::move(code.bytes);
   } else {
-    parts.coefficients = code_coefficients(patches, placement);
+    parts.coefficients = code_coefficients(patches, placement, known);
     parts.most_coefficient_bytes = parts.coefficients.size();
   }
   return parts;

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "code/forward_wavelet.h"
@@ -44,13 +45,34 @@ struct StreamParts {
   size_t most_coefficient_bytes = 0;  // there were before the cut
 };
 
+// What images were quantised to: kept while other images change, to save the time and to leave what they
+// decode to as it is.
+class QuantisedImages {
+ public:
+  // The coefficients of an image for this step; empty if they are yet to be found.
+  std::vector<int32_t>& of(const WaveletImage* image, float step) {
+    Entry& e = images_[image];
+    if (e.step != step) e = {step, {}};
+    return e.q;
+  }
+
+ private:
+  struct Entry {
+    float step = 0;
+    std::vector<int32_t> q;
+  };
+  std::map<const WaveletImage*, Entry> images_;
+};
+
 // Quantises and codes images band by band, all images' LL first, then level by level. step: of each image.
+// known: what is there already is taken as it is.
 std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
-                                 const std::vector<float>& step, float trade);
+                                 const std::vector<float>& step, float trade, QuantisedImages& known);
 
 void put_varint(std::vector<uint8_t>& out, uint32_t value);
 
-StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement);
+StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,
+                        QuantisedImages& known);
 
 // What only the decoder's result can tell: numbers in ascending order.
 struct Seams {

@@ -226,11 +226,9 @@ class BandTrellis {
 
 }  // namespace
 
-Trellis::Trellis() : models_(std::make_unique<CoefficientModels>()) { models_->init(); }
-
-double Trellis::quantise(const WaveletImage& image, int level, int type, float step, float trade,
-                         int32_t* q) {
-  BandTrellis trellis(*models_, image, level, type, step, trade, q);
+double quantise_by_trellis(CoefficientModels& models, const WaveletImage& image, int level, int type,
+                           float step, float trade, int32_t* q) {
+  BandTrellis trellis(models, image, level, type, step, trade, q);
   for (uint32_t y = 0; y < image.pyramid.high[level][type].height; y++) trellis.add_row(y);
   return trellis.finish(q) * step * step;
 }

@@ -1,7 +1,5 @@
 // Trellis-coded quantisation of wavelet coefficients by rate and distortion (see next_state).
 #pragma once
-#include <memory>
-
 #include "code/forward_wavelet.h"
 #include "coefficients.h"
 
@@ -14,18 +12,11 @@ constexpr float trellis_trade(double scalar_trade) {
   return float(scalar_trade / (kTrellisStep * kTrellisStep));
 }
 
-// Decides on the bands of a stream in the order in which they are coded; its models follow the coder's.
-class Trellis {
- public:
-  Trellis();
-
-  // Of all values of a band those that have the least (error / band's step)^2 + trade * bits, found by
-  // Viterbi's algorithm. q: the image's planes, of which this band is written. Returns the squared error that
-  // reaches the surface, see estimate_band.
-  double quantise(const WaveletImage& image, int level, int type, float step, float trade, int32_t* q);
-
- private:
-  std::unique_ptr<CoefficientModels> models_;
-};
+// Of all values of a band those that have the least (error / band's step)^2 + trade * bits, found by
+// Viterbi's algorithm. models: as the coder's are before the band; they learn what is taken. q: the image's
+// planes, of which this band is written. Returns the squared error that reaches the surface, see
+// estimate_band.
+double quantise_by_trellis(CoefficientModels& models, const WaveletImage& image, int level, int type,
+                           float step, float trade, int32_t* q);
 
 }  // namespace relief

@@ -77,8 +77,9 @@ class Colourer {
     tbb::parallel_for(0, kChannels, [&](int c) {
       std::vector<const WaveletImage*> images;
       for (const WaveletImage& image : images_[size_t(c)]) images.push_back(&image);
-      coded[size_t(c)] =
-          code_images(images, std::vector<float>(images.size(), colour_step(h, c)), trellis_trade(kTrade));
+      QuantisedImages quantised;
+      coded[size_t(c)] = code_images(images, std::vector<float>(images.size(), colour_step(h, c)),
+                                     trellis_trade(kTrade), quantised);
     });
     const auto table = stream_.begin() + ptrdiff_t(parsed_.table_begin);
     std::vector<uint8_t> out(stream_.begin(), table);

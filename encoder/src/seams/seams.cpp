@@ -367,13 +367,14 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
 }
 
 void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
-                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage) {
+                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
+                QuantisedImages& quantised) {
   struct State {
     std::vector<CodedPatch> patches;
     std::vector<int> patch_number;
     double score;
   } best = {{}, {}, INFINITY};
-  StreamParts parts = code_stream(patches, placement);
+  StreamParts parts = code_stream(patches, placement, quantised);
   KnownTriangles known;
   MaskFaults faults;
   for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
@@ -396,7 +397,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     else
       vain++;
     if (!remove_pixels(unwanted, patches, patch_number, storage)) break;
-    parts = code_stream(patches, placement);
+    parts = code_stream(patches, placement, quantised);
   }
   patches = std::move(best.patches);
   patch_number = std::move(best.patch_number);

@@ -32,6 +32,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
 // Decodes and takes out of the masks what spoils the seams, at most so many times over; then what must not
 // stay. See unwanted_pixels.
 void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
-                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage);
+                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
+                QuantisedImages& quantised);
 
 }  // namespace relief
