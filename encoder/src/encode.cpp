@@ -414,69 +414,109 @@ Bracket all_lambdas(const Job& m, double slope) {
 }
 
 // A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
-Trial try_lambda(const Job& m, double lambda, bool mended, double bytes, Stopwatch& watch) {
+Trial try_lambda(const Job& m, double lambda, bool mended, Stopwatch& watch) {
   constexpr int kMendRounds = 3;
   Sampled sampled = sample(m, lambda, watch);
   if (mended) mend(m, sampled, kMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
-  if (bytes == 0) t.error = measure(m, t, watch);
+  t.error = measure(m, t, watch);
   t.lambda = lambda;
   t.sampled = std::move(sampled);
   return t;
 }
 
-// Of two trials the last word takes the one of lower rank: of those near the target the one that would take
-// fewer bytes there (errors of gaps jump from trial to trial), else the nearest inside of it, else the
-// nearest.
-constexpr double kNotNear = 1e3, kOutside = 2e3;
-double rank(const Trial& t, double y, double near, double bytes) {
-  constexpr double kWithin = 0.12, kBytesByError = 1.2;  // slope of bytes over error, in logarithms
-  if (y >= near) return kOutside + y;
-  if (bytes > 0 || y < -kWithin) return kNotNear - y;
-  return std::log(double(t.stream.size())) + kBytesByError * y;
+// The logarithm of what a trial would take at another error, but for a constant: errors of gaps jump from
+// trial to trial.
+double cost(const Trial& t) {
+  constexpr double kBytesByError = 1.2;  // slope of bytes over error, in logarithms
+  return std::log(double(t.stream.size())) + kBytesByError * std::log(t.error);
 }
 
-// Bisection on the Lagrangian parameter (3.6), in its logarithm, with the secant as the first guess, until a
-// trial is near the target; the last word does the rest. The first trial near it tells what patches miss.
-Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) {
-  constexpr double kNearToSplit = 0.5;
-  Bracket bracket = all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope);
-  const double target = bytes > 0 ? 1e-4 : m.options.error;
-  const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
-  double x = std::clamp(std::log(kTrade * step * step), bracket.least, bracket.most);
-  Trial best;
-  double best_rank = INFINITY;
-  int looks = 0;  // for what is missed
-  bool split = false;
-  double split_at = 0;  // the error at first
-  for (int i = 0; i < kMaxTrials; i++) {
-    report(m.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
-    Trial t = try_lambda(m, std::exp(x), split, bytes, watch);
-    const double y = excess(t, m.options, bytes);
-    const double error = t.error > 0 || looks == m.effort.looks ? t.error : measure(m, t, watch);
-    if (looks == 0 ? m.effort.looks > 0 && std::fabs(y) < kNearToSplit
-                   : split && error > split_at && looks < m.effort.looks) {
-      if (looks++ == 0) split_at = error;
-      if (split_what_is_missed(m, t, split_at, watch)) {  // trials before are of other patches
-        split = true;
-        bracket = all_lambdas(m, bracket.slope);
-        best_rank = INFINITY;
-        x = looks == 1 ? bracket.next(x, y) : x;
-        continue;
-      }
-    }
-    bracket.add(x, y);
-    const double near = m.effort.near * std::exp2(std::max(0, i + 1 - kPatience));
-    const double r = rank(t, y, near, bytes);
-    if (r < best_rank) best_rank = r, best = std::move(t);
-    if (std::fabs(y) < near) break;
-    const double next = bracket.next(x, y);
-    if (next == x) break;
-    x = next;
-  }
-  met = best_rank < kOutside;
-  return last_word(m, std::move(best), bytes, met, watch);
+// Of two trials the last word takes the one of lower rank: of those near the target the one of lower cost,
+// else the nearest inside of it, else the nearest.
+constexpr double kNotNear = 1e3, kOutside = 2e3;
+double rank(const Trial& t, double y, double near) {
+  constexpr double kWithin = 0.12;
+  if (y >= near) return kOutside + y;
+  return y < -kWithin ? kNotNear - y : cost(t);
 }
+
+// The search for the Lagrangian parameter, in its logarithm. The first trial near the target tells what
+// patches miss.
+class Search {
+ public:
+  Search(Job& m, double bytes, Stopwatch& watch)
+      : m_(m), bytes_(bytes), watch_(watch), bracket_(all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)) {
+    const double target = bytes > 0 ? 1e-4 : m.options.error;
+    const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
+    x_ = std::clamp(std::log(kTrade * step * step), bracket_.least, bracket_.most);
+  }
+
+  // Bisection (3.6), with the secant as the first guess, until a trial is near the target; the last word does
+  // the rest.
+  Trial run(bool& met) {
+    for (int i = 0; i < kMaxTrials; i++) {
+      report(m_.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
+      Trial t = try_lambda(m_, std::exp(x_), split_, watch_);
+      const double y = excess(t, m_.options, bytes_);
+      if (changes_patches(t, y)) continue;
+      const double near = m_.effort.near * std::exp2(std::max(0, i + 1 - kPatience));
+      bracket_.add(x_, y);
+      const double next = bracket_.next(x_, y), r = rank(t, y, near);
+      if (r < best_rank_) best_rank_ = r, best_ = std::move(t);
+      if (std::fabs(y) < near || next == x_) break;
+      x_ = next;
+    }
+    met = best_rank_ < kOutside;
+    return last_word(m_, std::move(best_), bytes_, met, watch_);
+  }
+
+ private:
+  // Splits what patches miss, looks again where that did not help yet, and takes it back where it did harm.
+  // True: the trial is of other patches than the next.
+  bool changes_patches(const Trial& t, double y) {
+    constexpr double kNearToSplit = 0.5, kHarm = 0.03;
+    if (looks_ == 0) {
+      if (m_.effort.looks == 0 || std::fabs(y) >= kNearToSplit) return false;
+      looks_++, first_error_ = t.error, first_cost_ = cost(t);
+      whole_ = m_.partition;
+      if (!split_what_is_missed(m_, t, first_error_, watch_)) return false;
+      split_ = true;
+      before_ = std::exchange(bracket_, all_lambdas(m_, bracket_.slope));
+      before_.add(x_, y);
+      x_ = bracket_.next(x_, y);
+    } else if (split_ && t.error > first_error_ && looks_ < m_.effort.looks &&
+               cost(t) < first_cost_ + kHarm) {
+      looks_++;
+      if (!split_what_is_missed(m_, t, first_error_, watch_)) return false;
+      bracket_ = all_lambdas(m_, bracket_.slope);
+    } else if (split_ && cost(t) > first_cost_ + kHarm) {
+      split_ = false, looks_ = m_.effort.looks;
+      m_.partition = std::move(whole_);
+      gather(m_, watch_);
+      bracket_ = before_;
+      x_ = bracket_.next(x_, y);
+    } else {
+      return false;
+    }
+    best_rank_ = INFINITY;
+    return true;
+  }
+
+  Job& m_;
+  const double bytes_;  // the target; 0: it is one of error
+  Stopwatch& watch_;
+  Bracket bracket_;
+  double x_;  // of the next trial
+  Trial best_;
+  double best_rank_ = INFINITY;
+  int looks_ = 0;  // for what is missed
+  bool split_ = false;
+  // What it was before the split, and what the last trial then was.
+  Partition whole_;
+  Bracket before_ = bracket_;
+  double first_error_ = 0, first_cost_ = 0;
+};
 
 // A line for what the stream could not keep of the surface's topology.
 void warn_of_topology(const Topology& is, const Topology& should, std::vector<std::string>& warnings) {
@@ -510,7 +550,7 @@ Outcome best_partition(Job& m, const EncodeOptions& asked, double bytes, Stopwat
       };
     partition(m, watch);
     Outcome o;
-    o.trial = search(m, bytes, o.met, watch);
+    o.trial = Search(m, bytes, watch).run(o.met);
     o.label = m.partition.label;
     const bool smaller =
         bytes > 0 ? o.trial.error < best.trial.error : o.trial.stream.size() < best.trial.stream.size();
