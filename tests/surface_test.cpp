@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +14,7 @@
 
 #include "measure/topology.h"
 #include "shapes.h"
+#include "surface/border.h"
 #include "surface/import.h"
 #include "surface/readers.h"
 
@@ -788,6 +790,40 @@ TEST(BuildSurface, RandomSoupBecomesManifold) {
     expect_manifold(s);
     EXPECT_EQ(s.faces.size(), distinct.size());
   }
+}
+
+// A sheet without one of its triangles ends at two loops; a loop below the least radius is no end.
+TEST(SurfaceBorder, TellsLoopsAndDistances) {
+  TriangleMesh mesh = make_waves(40);  // 2 wide
+  const size_t gone = 1640;            // in the middle
+  std::array<double, 3> hole = {0, 0, 0};
+  for (uint32_t v : mesh.triangles[gone])
+    for (size_t k = 0; k < 3; k++) hole[k] += mesh.positions[v][k] / 3;
+  mesh.triangles.erase(mesh.triangles.begin() + ptrdiff_t(gone));
+  const Surface s = build_surface(mesh);
+  const double width = 2 / s.scale, cell = width / 40, reach = 5 * cell;
+  const SurfaceBorder border = border_of(s, reach);
+  ASSERT_EQ(border.loops.size(), 2u);
+  const int small = border.loops[0].radius < border.loops[1].radius ? 0 : 1;
+  EXPECT_LT(border.loops[size_t(small)].radius, cell);
+  EXPECT_GT(border.loops[size_t(1 - small)].radius, width / 2);
+  const Vec3 middle = s.origin + s.scale * border.loops[size_t(small)].middle;
+  EXPECT_LT((middle - Vec3(hole[0], hole[1], hole[2])).norm(), 1e-3);
+  size_t far = 0;
+  for (size_t f = 0; f < s.faces.size(); f++) {
+    EXPECT_EQ(border.loop[f] < 0, border.distance[f] == INFINITY);
+    far += border.loop[f] < 0;
+    for (int g : s.adjacent[f]) {  // a step leads no farther than it is long
+      if (g < 0) {
+        EXPECT_EQ(border.distance[f], 0);
+      } else if (border.distance[f] < reach - 2 * cell) {
+        EXPECT_LT(border.distance[size_t(g)], border.distance[f] + 2 * cell);
+      }
+    }
+  }
+  EXPECT_GT(far, s.faces.size() / 4);
+  EXPECT_EQ(border_of(s, reach, 2 * cell).loops.size(), 1u);
+  EXPECT_TRUE(border_of(build_surface(make_torus(48, 24)), reach).distance.empty());
 }
 
 }  // namespace
