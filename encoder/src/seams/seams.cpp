@@ -20,6 +20,9 @@ constexpr int kMostTrials = 12;
 constexpr size_t kFewLinks = 4;
 constexpr double kShareToLink = 0.03;  // of all error: faces that get links of their own
 constexpr size_t kMostNewLinks = 8;
+// With so much of all error in one face there may be so many times the trials.
+constexpr double kDireShare = 0.15;
+constexpr int kDireFactor = 4;
 
 // A link or a face with how far it leaves the surface.
 struct Suspect {
@@ -308,7 +311,7 @@ class FaceTrials {
 
   bool by_refused_links(uint32_t face) {
     for (uint32_t link : rims_.refused(best_, face)) {
-      if (trials_ >= in_.face_trials) return false;
+      if (trials_ >= most_) return false;
       if (std::exchange(tried_[link], 1)) continue;
       Seams seams = best_.seams;
       seams.handles.push_back(link);
@@ -320,7 +323,7 @@ class FaceTrials {
   bool by_new_links(uint32_t face) {
     for (const auto& link : links_from(best_.decoded, in_.ground, rims_.worst_nodes(best_, face, error_),
                                        best_.seams.added_links, kMostNewLinks)) {
-      if (trials_ >= in_.face_trials) return false;
+      if (trials_ >= most_) return false;
       if (!tried_new_.insert(link).second) continue;
       Seams seams = best_.seams;
       seams.added_links.push_back(link);
@@ -331,7 +334,10 @@ class FaceTrials {
   }
 
   bool improve_one() {
-    for (const Suspect& face : worst_faces(error_)) {
+    const std::vector<Suspect> faces = worst_faces(error_);
+    const bool dire = !faces.empty() && faces[0].distance > kDireShare * error_.sum;
+    most_ = in_.face_trials * (dire ? kDireFactor : 1);
+    for (const Suspect& face : faces) {
       if (by_refused_links(face.number)) return true;
       if (face.distance > kShareToLink * error_.sum && by_new_links(face.number)) return true;
     }
@@ -344,7 +350,7 @@ class FaceTrials {
   const RimLinks rims_;
   std::vector<char> tried_;  // of the decoder's links
   std::set<std::array<uint32_t, 2>> tried_new_;
-  int trials_ = 0;
+  int trials_ = 0, most_ = 0;
 };
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
