@@ -189,6 +189,8 @@ Trip trip(const TriangleMesh& cloud, const TriangleMesh& truth, double error) {
   t.error = e.rms / e.diagonal / kE;
   t.farthest = e.max / e.diagonal / kE;
   t.topology = topology(mesh);
+  std::printf("%6zu points: E_rms %.2f, farthest %.1f, loops %zu, %zu bytes\n", cloud.positions.size(),
+              t.error, t.farthest, size_t(t.topology.boundary_loops), t.result.stream.size());
   return t;
 }
 
