@@ -1,0 +1,75 @@
+// What an encode works on, whatever the target's Lagrangian parameter.
+#pragma once
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "allocate/allocate.h"
+#include "measure/surface_error.h"
+#include "measure/topology.h"
+#include "partition/partition.h"
+#include "points/point_surface.h"
+#include "relief/encoder.h"
+#include "surface/border.h"
+
+namespace relief {
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(EncodeResult& result) : result_(result), last_(Clock::now()) {}
+  void lap(const char* stage);  // adds the time since the last lap to this stage's
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  EncodeResult& result_;
+  Clock::time_point last_;
+};
+
+// What an effort stands for.
+struct Effort {
+  double near;      // of the target, in the logarithm: that is left to the last word
+  int looks;        // for what patches miss: again where new patches have made it worse
+  int face_trials;  // of links between patches, see SeamsInput
+  int partitions;   // of which the best is taken
+};
+
+Effort effort_of(int effort);  // 1 .. 9; others count as the nearest
+
+// Everything that does not depend on the target's Lagrangian parameter.
+struct Job {
+  const TriangleMesh& mesh;    // the input, or the triangles over its points
+  const PointSurface* points;  // of a point cloud, else null
+  EncodeOptions options;       // with the aperture at hand
+  Effort effort;
+  Surface surface = {};
+  Topology topology = {};  // of the surface
+  Partition partition = {};
+  Ownership ownership = {};
+  std::vector<PatchFaces> patches = {};
+  std::unique_ptr<ErrorMeter> meter = nullptr;
+  double spacing = 0;  // mean spacing of the input's vertices
+  SurfaceBorder border = {};
+  std::vector<SurfaceBorder::Loop> loops = {};  // of it, that must not vanish
+  // the surface, where that is not the mesh: components were dropped, or faces are curved
+  TriangleMesh measured = {};
+  std::unique_ptr<Allocator> allocator = nullptr;
+};
+
+void report(const EncodeOptions& o, const char* stage, double done);
+
+DistanceToSurface distance_to(const Job& m);
+
+// The surface with its border and its error meter.
+void prepare(Job& m, Stopwatch& watch);
+
+// Its patches, ready to be sampled.
+void partition(Job& m, Stopwatch& watch);
+
+// What a partition leaves to do before its patches can be sampled.
+void gather(Job& m, Stopwatch& watch);
+
+// Makes patches of what the result of a trial misses that has this error and came of this Lagrangian
+// parameter, if there is anything worth its bytes.
+bool split_what_is_missed(Job& m, const TriangleMesh& decoded, double error, double lambda, Stopwatch& watch);
+
+}  // namespace relief

@@ -1,0 +1,52 @@
+// Sampling, coding and decoding the patches of a job once.
+#pragma once
+#include <list>
+
+#include "encode/job.h"
+#include "seams/seams.h"
+
+namespace relief {
+
+// The patches sampled as a Lagrangian parameter wants them, ready to be coded with any step.
+struct Sampled {
+  std::vector<CodedPatch> patches;
+  std::vector<int> patch_number;
+  StreamPlacement placement;
+  std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
+  QuantisedImages quantised;        // with the last step
+  bool mended = false;              // of more than strays
+};
+
+// One stream and what it decodes to.
+struct Trial {
+  double lambda = 0;
+  std::vector<uint8_t> stream, unquantised;
+  TriangleMesh mesh;      // what it decodes to
+  double error = 0;       // of that, fraction of the diagonal; see measure
+  Topology topology;      // of that
+  size_t coincident = 0;  // vertices of that at another one's place; known of last words
+  std::vector<int> patch_number;
+  size_t coefficient_bytes = 0;  // of the stream
+  Sampled sampled;               // what it was made of, of trials of the search
+};
+
+// The finest step that these patches can be coded with: magnitudes stay below 2^20, and so does what LL
+// differs from its prediction by.
+double finest_step(const std::vector<CodedPatch>& patches);
+
+Sampled sample(const Job& m, double lambda, Stopwatch& watch);
+
+// See mend_masks.
+void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch);
+
+// Without its error. thorough: the last word on a stream, see find_seams.
+Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);
+
+double measure(const Job& m, const Trial& trial, Stopwatch& watch);
+
+// How a trial stands to the target: 0 on it, positive beyond it (error too large, too many bytes), in the
+// logarithm. Another set of samples may measure the error a little larger: it counts with a margin. bytes:
+// the target; 0: it is one of error.
+double excess(const Trial& t, const EncodeOptions& o, double bytes);
+
+}  // namespace relief
