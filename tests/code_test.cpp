@@ -507,8 +507,9 @@ TEST(Coefficients, RoundTrip) {
     c.q.assign(c.image.pyramid.size, 0);
     all.push_back(std::move(c));
   }
-  auto models = std::make_unique<CoefficientModels>();
+  auto models = std::make_unique<CoefficientModels>(), learner = std::make_unique<CoefficientModels>();
   models->init();
+  learner->init();
   RangeEncoder encoder;
   const float step = 2;
   for (CodedBands& c : all) {
@@ -518,8 +519,7 @@ TEST(Coefficients, RoundTrip) {
   for (int l = kLevels - 1; l >= 0; l--)
     for (CodedBands& c : all)
       for (int t = 0; t < 3; t++) {
-        CoefficientModels trial = *models;
-        quantise_by_trellis(trial, c.image, l, t, step, 0.3f, c.q.data());
+        quantise_by_trellis(*learner, c.image, l, t, step, 0.3f, c.q.data());
         const std::vector<int32_t> quantised = c.q;
         code_band(encoder, *models, c.image.pyramid, c.q.data(), c.image.mask.data(), l, t);
         ASSERT_EQ(c.q, quantised) << "values that no state has";
@@ -597,15 +597,16 @@ Cost scalar_cost(const WaveletImage& image, float step, float trade) {
 }
 
 Cost trellis_cost(const WaveletImage& image, float step, float trade) {
-  auto models = std::make_unique<CoefficientModels>();
+  auto models = std::make_unique<CoefficientModels>(), learner = std::make_unique<CoefficientModels>();
   models->init();
+  learner->init();
   CountingCoder coder;
   std::vector<int32_t> q(image.pyramid.size, 0);
   double squared = 0;
   for (int l = kLevels - 1; l >= 0; l--)
     for (int t = 0; t < 3; t++) {
-      CoefficientModels trial = *models;
-      squared += quantise_by_trellis(trial, image, l, t, kTrellisStep * step, trellis_trade(trade), q.data());
+      squared +=
+          quantise_by_trellis(*learner, image, l, t, kTrellisStep * step, trellis_trade(trade), q.data());
       code_band(coder, *models, image.pyramid, q.data(), image.mask.data(), l, t);
     }
   return {squared / (step * step), coder.bits()};

@@ -63,8 +63,10 @@ void put_varint(std::vector<uint8_t>& out, uint32_t value) {
 std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
                                  const std::vector<float>& step, float trade, QuantisedImages& known) {
   RangeEncoder coder;
-  const auto models = std::make_unique<CoefficientModels>(), trial = std::make_unique<CoefficientModels>();
+  const auto models = std::make_unique<CoefficientModels>(), learner = std::make_unique<CoefficientModels>();
   models->init();
+  learner->init();  // of the trellis: like the coder's, but of what seemed best row by row
+  CountingCoder counter;
   std::vector<std::vector<int32_t>*> q;
   std::vector<char> is_new;
   for (size_t i = 0; i < images.size(); i++) {
@@ -78,9 +80,11 @@ std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
   }
   for (int level = kLevels - 1; level >= 0; level--)
     for (size_t i = 0; i < images.size(); i++) {
-      if (is_new[i]) *trial = *models;
       for (int type = 0; type < 3; type++) {
-        if (is_new[i]) quantise_by_trellis(*trial, *images[i], level, type, step[i], trade, q[i]->data());
+        if (is_new[i])
+          quantise_by_trellis(*learner, *images[i], level, type, step[i], trade, q[i]->data());
+        else
+          code_band(counter, *learner, images[i]->pyramid, q[i]->data(), images[i]->mask.data(), level, type);
         code_band(coder, *models, images[i]->pyramid, q[i]->data(), images[i]->mask.data(), level, type);
       }
     }

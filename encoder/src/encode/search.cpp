@@ -108,7 +108,7 @@ class Search {
   // Splits what patches miss, looks again where that did not help yet, and takes it back where it did harm.
   // True: the trial is of other patches than the next.
   bool changes_patches(const Trial& t, double y) {
-    constexpr double kNearToSplit = 0.5, kHarm = 0.03;
+    constexpr double kNearToSplit = 0.5, kHarm = 0.5;
     if (looks_ == 0) {
       if (m_.effort.looks == 0 || std::fabs(y) >= kNearToSplit) return false;
       looks_++, first_error_ = t.error, first_cost_ = cost(t);
