@@ -9,6 +9,7 @@
 #include "code/quantise.h"
 #include "code/range_encoder.h"
 #include "fit/least_squares.h"
+#include "resample/punch_holes.h"
 
 namespace relief {
 namespace {
@@ -72,8 +73,7 @@ double whole_loss(const AllocationInput& in, size_t patch) {
   return area * (hi - lo).squaredNorm() / 12;
 }
 
-std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patch, int resolution,
-                                          const std::vector<SurfaceBorder::Loop>& loops) {
+std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patch, int resolution) {
   auto c = std::make_unique<Candidate>();
   c->distortion.lost = whole_loss(in, patch);
   const double spacing = in.spacing * quarter_power(-resolution);
@@ -82,7 +82,7 @@ std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patc
   if (map.pixels) clean_mask(map, fine);
   if (map.pixels) cut_cliffs(map, in.patches[patch].frame, in.distance);
   drop_islands(map);
-  punch_holes(map, in.patches[patch].frame, loops);
+  punch_holes(map, in.patches[patch]);
   if (!map.pixels) return c;
   if (in.fit) fit_elevations(map, fine);
   c->distortion = sampling_distortion(map, fine);
@@ -109,10 +109,7 @@ double step_for(double lambda, double spacing) { return std::sqrt(lambda / kTrad
 }  // namespace
 
 Allocator::Allocator(const AllocationInput& input)
-    : in_(input),
-      made_(input.patches.size()),
-      start_(input.patches.size(), kFirstResolution),
-      loops_(input.patches.size()) {
+    : in_(input), made_(input.patches.size()), start_(input.patches.size(), kFirstResolution) {
   // the largest patch of each component must not vanish
   std::vector<size_t> largest(in_.surface.component_area.size(), SIZE_MAX);
   for (size_t p = 0; p < in_.patches.size(); p++) {
@@ -123,19 +120,9 @@ Allocator::Allocator(const AllocationInput& input)
   must_live_.assign(in_.patches.size(), 0);
   for (size_t p : largest)
     if (p != SIZE_MAX) must_live_[p] = 1;
-  share_out_loops();
   for (size_t p = 0; p < in_.patches.size(); p++) by_size_.push_back(p);
   std::stable_sort(by_size_.begin(), by_size_.end(),
                    [&](size_t p, size_t q) { return in_.patches[p].own.size() > in_.patches[q].own.size(); });
-}
-
-// To the patches that they lie in.
-void Allocator::share_out_loops() {
-  std::vector<int> patch_of(in_.surface.faces.size(), -1);
-  for (size_t p = 0; p < in_.patches.size(); p++)
-    for (int f : in_.patches[p].own) patch_of[size_t(f)] = int(p);
-  for (const auto& loop : in_.loops)
-    if (const int p = patch_of[size_t(loop.face)]; p >= 0) loops_[size_t(p)].push_back(loop);
 }
 
 // The largest first, one by one: no thread waits long for another's last patch.
@@ -151,7 +138,7 @@ void Allocator::for_each_patch(Visit visit) const {
 
 const Candidate& Allocator::candidate(size_t patch, int resolution) {
   auto& made = made_[patch][resolution];
-  if (!made) made = make_candidate(in_, patch, resolution, loops_[patch]);
+  if (!made) made = make_candidate(in_, patch, resolution);
   return *made;
 }
 

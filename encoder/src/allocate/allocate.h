@@ -9,7 +9,6 @@
 #include "coefficients.h"
 #include "resample/cliffs.h"
 #include "resample/elevation_map.h"
-#include "resample/punch_holes.h"
 
 namespace relief {
 
@@ -27,8 +26,7 @@ struct AllocationInput {
   const Ownership& ownership;
   const std::vector<PatchFaces>& patches;
   DistanceToSurface distance;
-  const std::vector<SurfaceBorder::Loop>& loops;  // of the surface's border, that the masks must show
-  double spacing;                                 // of resolution index 0; index k has spacing * 2^(-k/4)
+  double spacing;  // of resolution index 0; index k has spacing * 2^(-k/4)
   bool fit;
 };
 
@@ -59,17 +57,15 @@ class Allocator {
   void train(double lambda);
   int coarsest_resolution() const;
   void keep_one(Choice& choice);
-  void share_out_loops();
   template <class Visit>
   void for_each_patch(Visit visit) const;
 
   AllocationInput in_;
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;
-  std::vector<int> start_;                               // where each patch's search begins: its last choice
-  std::vector<std::vector<SurfaceBorder::Loop>> loops_;  // of each patch
-  std::vector<size_t> by_size_;                          // patches, those with the most faces first
-  std::vector<char> must_live_;                          // patches of components that would vanish with them
-  std::unique_ptr<CoefficientModels> models_;            // trained on the first choice
+  std::vector<int> start_;                     // where each patch's search begins: its last choice
+  std::vector<size_t> by_size_;                // patches, those with the most faces first
+  std::vector<char> must_live_;                // patches of components that would vanish with them
+  std::unique_ptr<CoefficientModels> models_;  // trained on the first choice
 };
 
 // The format's range of a step.

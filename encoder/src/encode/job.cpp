@@ -70,10 +70,8 @@ PartitionOptions partition_options(const EncodeOptions& o) {
 
 // Distances from the middle of each face to what a stream decodes to, lattice units.
 std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded) {
-  const auto& v = m.surface.vertices;
   std::vector<Vec3> middles;
-  for (const auto& f : m.surface.faces)
-    middles.push_back((v[size_t(f[0])] + v[size_t(f[1])] + v[size_t(f[2])]) / 3);
+  for (size_t f = 0; f < m.surface.faces.size(); f++) middles.push_back(middle_of(m.surface, int(f)));
   return distances(m.surface, ErrorMeter(decoded, kErrorSamples), middles);
 }
 
@@ -109,8 +107,12 @@ DistanceToSurface distance_to(const Job& m) {
 void gather(Job& m, Stopwatch& watch) {
   m.ownership = diffuse_labels(m.surface, m.partition, kDiffusionRounds);
   m.patches = gather_patches(m.surface, m.partition, kRingReach * m.spacing);
+  if (!m.points)
+    for (const auto& loop : m.border.loops)
+      if (const int p = m.partition.label[size_t(loop.face)]; p >= 0)
+        m.patches[size_t(p)].loops.push_back(loop);
   m.allocator = std::make_unique<Allocator>(AllocationInput{m.surface, m.ownership, m.patches, distance_to(m),
-                                                            m.loops, kCoarsest * m.spacing, m.options.fit});
+                                                            kCoarsest * m.spacing, m.options.fit});
   watch.lap("resample");
 }
 
@@ -132,7 +134,6 @@ void prepare(Job& m, Stopwatch& watch) {
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
   m.topology = topology(in_model_units(m.surface));
   m.border = border_of(m.surface, kBorderReach * m.spacing, m.points ? kPointHole * m.spacing : 0);
-  if (!m.points) m.loops = m.border.loops;
   m.topology.boundary_loops = m.border.loops.size();
   watch.lap("surface");
   if (!m.surface.bulge.empty())

@@ -49,7 +49,6 @@ struct Job {
   std::unique_ptr<ErrorMeter> meter = nullptr;
   double spacing = 0;  // mean spacing of the input's vertices
   SurfaceBorder border = {};
-  std::vector<SurfaceBorder::Loop> loops = {};  // of it, that must not vanish
   // the surface, where that is not the mesh: components were dropped, or faces are curved
   TriangleMesh measured = {};
   std::unique_ptr<Allocator> allocator = nullptr;

@@ -118,17 +118,16 @@ class Search {
       before_ = std::exchange(bracket_, all_lambdas(m_, bracket_.slope));
       before_.add(x_, y);
       x_ = bracket_.next(x_, y);
-    } else if (split_ && t.error > first_error_ && looks_ < m_.effort.looks &&
-               cost(t) < first_cost_ + kHarm) {
-      looks_++;
-      if (!split_what_is_missed(m_, t.mesh, first_error_, t.lambda, watch_)) return false;
-      bracket_ = all_lambdas(m_, bracket_.slope);
     } else if (split_ && cost(t) > first_cost_ + kHarm) {
       split_ = false, looks_ = m_.effort.looks;
       m_.partition = std::move(whole_);
       gather(m_, watch_);
       bracket_ = before_;
       x_ = bracket_.next(x_, y);
+    } else if (split_ && t.error > first_error_ && looks_ < m_.effort.looks) {
+      looks_++;
+      if (!split_what_is_missed(m_, t.mesh, first_error_, t.lambda, watch_)) return false;
+      bracket_ = all_lambdas(m_, bracket_.slope);
     } else {
       return false;
     }

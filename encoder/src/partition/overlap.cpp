@@ -65,10 +65,6 @@ std::vector<int> voronoi_half(const Surface& surface, const Parts& parts, int lo
     int face, side;
     bool operator<(const Entry& o) const { return std::tie(o.distance, o.face) < std::tie(distance, face); }
   };
-  const auto centre = [&](int f) {
-    const auto& v = surface.faces[f];
-    return Vec3((surface.vertices[v[0]] + surface.vertices[v[1]] + surface.vertices[v[2]]) / 3);
-  };
   std::vector<int> half;
   std::unordered_map<int, int> side;
   std::priority_queue<Entry> queue;
@@ -81,7 +77,7 @@ std::vector<int> voronoi_half(const Surface& surface, const Parts& parts, int lo
     if (e.side == 1) half.push_back(e.face);
     for (int g : surface.adjacent[e.face])
       if (g >= 0 && parts.together(g, e.face) && !side.count(g))
-        queue.push({e.distance + (centre(g) - centre(e.face)).norm(), g, e.side});
+        queue.push({e.distance + (middle_of(surface, g) - middle_of(surface, e.face)).norm(), g, e.side});
   }
   return half;
 }

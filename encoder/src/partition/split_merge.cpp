@@ -21,11 +21,6 @@ bool within_cone(const Cells& cells, const std::vector<int>& faces, double epsil
   return normals.size() < 2 || smallest_enclosing_cone(normals).cosine >= epsilon;
 }
 
-Vec3 middle_of(const Surface& surface, int f) {
-  const auto& v = surface.faces[f];
-  return (surface.vertices[v[0]] + surface.vertices[v[1]] + surface.vertices[v[2]]) / 3;
-}
-
 // Cuts a cluster across its longest principal axis, through its centroid. The faces of the far half come
 // last; returns where they begin.
 size_t cut_in_two(const Surface& surface, std::vector<int>& faces) {

@@ -5,7 +5,7 @@
 #include "format.h"
 #include "partition/partition.h"
 #include "resample/ownership.h"
-#include "surface/surface.h"
+#include "surface/border.h"
 
 namespace relief {
 
@@ -15,6 +15,7 @@ struct PatchFaces {
   std::vector<int> ring;  // faces of other labels around it that face its plane
   int32_t u = 0, v = 0;   // the plane's normal as the stream holds it
   Frame frame;
+  std::vector<SurfaceBorder::Loop> loops;  // of the surface's border in it, that its masks must show
 };
 
 // The elevation map of a patch: pixel (x, y) lies at ((x0 + x) e1 + (y0 + y) e2 + z0 n) * spacing + z n.

@@ -7,8 +7,7 @@ namespace relief {
 namespace {
 
 constexpr double kSmall = 1.5;  // radius of a loop that a pixel stands for, spacings
-
-constexpr int kRoom = 2;  // pixels around it, so that the border nowhere touches itself
+constexpr int kRoom = 2;        // pixels around it, so that the border nowhere touches itself
 
 // Whether all pixels around one are in the mask: then the hole there is one of its own, no part of a gap.
 bool is_inside(const ElevationMap& map, int x, int y) {
@@ -21,8 +20,9 @@ bool is_inside(const ElevationMap& map, int x, int y) {
 
 }  // namespace
 
-void punch_holes(ElevationMap& map, const Frame& frame, const std::vector<SurfaceBorder::Loop>& loops) {
-  for (const auto& loop : loops) {
+void punch_holes(ElevationMap& map, const PatchFaces& patch) {
+  const Frame& frame = patch.frame;
+  for (const auto& loop : patch.loops) {
     if (loop.radius > kSmall * map.spacing) continue;
     double at[2] = {0, 0};
     for (int k = 0; k < 3; k++)

@@ -8,20 +8,19 @@ namespace {
 constexpr double kNear = 3;           // grid spacings from the border
 constexpr double kAlongBorder = 0.4;  // of a hole's nodes
 
-std::vector<uint32_t> nodes_around(const DecodedMesh& d, size_t face, size_t pixels) {
-  std::vector<uint32_t> nodes;
+void find_nodes(const DecodedMesh& d, size_t face, size_t pixels, std::vector<uint32_t>& nodes) {
+  nodes.clear();
   for (size_t t = d.first_triangle[face]; t < d.face_end(face); t++)
     for (uint32_t v : d.mesh.triangles[t])
       if (v < pixels) nodes.push_back(v);
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  return nodes;
 }
 
 // The loop that most nodes are near, and how many are.
 std::pair<int, size_t> nearest_loop(const std::vector<uint32_t>& nodes, const Ground& ground,
-                                    const SurfaceBorder& border) {
-  std::vector<int> loops;
+                                    const SurfaceBorder& border, std::vector<int>& loops) {
+  loops.clear();
   for (uint32_t v : nodes) {
     const int f = ground.face[v];
     if (f >= 0 && border.distance[size_t(f)] <= kNear * ground.spacing[v])
@@ -41,9 +40,11 @@ std::pair<int, size_t> nearest_loop(const std::vector<uint32_t>& nodes, const Gr
 std::vector<HoleFace> faces_along_border(const DecodedMesh& d, const Ground& ground,
                                          const SurfaceBorder& border, const GapError& error, double spacing) {
   std::vector<HoleFace> found;
+  std::vector<uint32_t> nodes;
+  std::vector<int> loops;
   for (uint32_t f = 0; f < d.first_triangle.size(); f++) {
-    const std::vector<uint32_t> nodes = nodes_around(d, f, ground.pixel.size());
-    const auto [loop, near] = nearest_loop(nodes, ground, border);
+    find_nodes(d, f, ground.pixel.size(), nodes);
+    const auto [loop, near] = nearest_loop(nodes, ground, border, loops);
     if (near == 0 || double(near) < kAlongBorder * double(nodes.size())) continue;
     float furthest = 0;
     for (size_t t = d.first_triangle[f]; t < d.face_end(f); t++)

@@ -8,11 +8,6 @@
 namespace relief {
 namespace {
 
-Vec3 middle_of(const Surface& s, int f) {
-  const auto& v = s.faces[size_t(f)];
-  return (s.vertices[size_t(v[0])] + s.vertices[size_t(v[1])] + s.vertices[size_t(v[2])]) / 3;
-}
-
 // visit(face, a, b) for every edge of one face.
 template <class Visit>
 void each_border_edge(const Surface& s, Visit visit) {

@@ -36,6 +36,11 @@ struct Surface {
   std::vector<std::string> warnings;  // what was repaired, a line each
 };
 
+inline Vec3 middle_of(const Surface& s, int face) {
+  const auto& v = s.faces[size_t(face)];
+  return (s.vertices[size_t(v[0])] + s.vertices[size_t(v[1])] + s.vertices[size_t(v[2])]) / 3;
+}
+
 // Builds the surface with OpenMesh's half-edge structure: merges vertices of equal position, drops degenerate
 // and duplicate triangles, makes neighbours agree in orientation where they can, and splits non-manifold
 // edges and vertices (3.2 needs a surface on which flooding is well defined). Throws InputError if no
