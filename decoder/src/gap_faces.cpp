@@ -68,11 +68,18 @@ int32_t distance(const Gaps& g, uint32_t a, uint32_t b) { return int32_t(root(di
 
 constexpr int64_t kNoEar = INT64_MAX;
 
-// The cost of a triangle that lies badly in the surface, as a factor and a summand of a length: short edges
-// are good, triangles turned over are to be avoided at the price of some long ones.
-int64_t weigh(const Gaps& g, int64_t length, int64_t aligned) {
+// The largest spacing of three nodes' grids.
+int64_t spacing_at(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
+  const int32_t x = g.n[a].spacing, y = g.n[b].spacing, z = g.n[c].spacing, most = x > y ? x : y;
+  return most > z ? most : z;
+}
+
+// The cost of a triangle with this unit normal, as a factor and a summand of a length: short edges are good,
+// triangles turned over are to be avoided at the price of some long ones.
+int64_t weigh(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3], int64_t length) {
+  const int64_t aligned = alignment(g, a, b, c, unit);
   const int64_t cost = length * (10 * kUnit + 6 * (kUnit - aligned)) / 10;
-  return aligned < 0 ? cost + 10 * int64_t(g.options.spacing) * (kUnit - aligned) : cost;
+  return aligned < 0 ? cost + 10 * spacing_at(g, a, b, c) * (kUnit - aligned) : cost;
 }
 
 // The cost of cutting off corner b with neighbours a and c: a short new edge and a triangle that lies in the
@@ -81,7 +88,7 @@ int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   if (a == c || has_edge(g, a, c)) return kNoEar;
   int16_t unit[3];
   normal_of(g, a, b, c, unit);
-  return weigh(g, distance(g, a, c), alignment(g, a, b, c, unit));
+  return weigh(g, a, b, c, unit, distance(g, a, c));
 }
 
 // Cuts off ears until `few` corners are left or none can be cut. Returns the number of corners left in q.
@@ -155,9 +162,8 @@ void find_part(const Gaps& g, const uint32_t* q, uint32_t i, uint32_t j, const i
     if (parts + around * kUnit >= t.best[i][j]) continue;  // weigh gives at least that
     int16_t unit[3];
     normal_of(g, a, b, c, unit);
-    const int64_t cost = parts + weigh(g, around, alignment(g, a, b, c, unit)) +
-                         cost_of_folding(g, unit, t.normal[i][k]) + cost_of_folding(g, unit, t.normal[k][j]) +
-                         cost_of_folding(g, unit, beyond);
+    const int64_t cost = parts + weigh(g, a, b, c, unit, around) + cost_of_folding(g, unit, t.normal[i][k]) +
+                         cost_of_folding(g, unit, t.normal[k][j]) + cost_of_folding(g, unit, beyond);
     if (cost >= t.best[i][j]) continue;
     t.best[i][j] = cost;
     t.at[i][j] = uint8_t(k);
@@ -192,7 +198,7 @@ int64_t cost_of_diagonal(const Gaps& g, const uint32_t* q, uint32_t r, const int
   for (uint32_t x = 0; x < 2; x++) {
     const uint32_t i = (r + 2 * x) % 4, j = (i + 1) % 4, k = (i + 2) % 4;
     normal_of(g, q[i], q[j], q[k], unit[x]);
-    cost += weigh(g, length + side[i] + side[j], alignment(g, q[i], q[j], q[k], unit[x])) +
+    cost += weigh(g, q[i], q[j], q[k], unit[x], length + side[i] + side[j]) +
             cost_of_folding(g, unit[x], beyond[i]) + cost_of_folding(g, unit[x], beyond[j]);
   }
   if (has_edge(g, q[r], q[r + 2])) cost += cost_of_splitting(g);

@@ -1264,9 +1264,11 @@ class Gaps:
             return -4096
         return quotient(sum(dot(w, self.nodes[i].normal) for i in (a, b, c)), 3 * 4096)
 
-    def weigh(self, length, aligned):
+    def weigh(self, length, a, b, c):
+        aligned = self.alignment(a, b, c)
         cost = length * (40960 + 6 * (4096 - aligned)) // 10
-        return cost + 10 * self.S * (4096 - aligned) if aligned < 0 else cost
+        spacing = max(self.nodes[i].spacing for i in (a, b, c))
+        return cost + 10 * spacing * (4096 - aligned) if aligned < 0 else cost
 
     def triangle(self, a, b, c):
         self.mesh.triangles.append(tuple(self.nodes[i].vertex for i in (a, b, c)))
@@ -1305,7 +1307,7 @@ class Gaps:
             a, b, c = q[i - 1], q[i], q[(i + 1) % len(q)]
             if a == c or self.edge(a, c):
                 return math.inf
-            return self.weigh(self.dist(a, c), self.alignment(a, b, c))
+            return self.weigh(self.dist(a, c), a, b, c)
         cost = [cost_at(i) for i in range(len(q))]
         while len(q) > 24:
             best = cost.index(min(cost))
@@ -1353,7 +1355,7 @@ class Gaps:
             if (k - i > 1 and q[at[i, k]] == c) or (j - k > 1 and q[at[k, j]] == a):
                 continue
             u = self.normal(a, b, c)
-            cost = both + self.weigh(self.dist(a, b) + self.dist(b, c) + self.dist(c, a), self.alignment(a, b, c))
+            cost = both + self.weigh(self.dist(a, b) + self.dist(b, c) + self.dist(c, a), a, b, c)
             cost += self.folding(u, n[i, k]) + self.folding(u, n[k, j]) + self.folding(u, beyond)
             if cost < best[i, j]:
                 best[i, j], at[i, j], n[i, j] = cost, k, u

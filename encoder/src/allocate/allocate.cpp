@@ -206,9 +206,11 @@ Allocator::Choice Allocator::choose(double lambda) {
       best = k, least = c;
       return true;
     };
-    // down the valley on both sides, over bumps of one stride, then half a stride aside
+    // down the valley on both sides, over bumps of one stride and finer than all that loses much, then half a
+    // stride aside
+    auto loses = [&](int k) { return k <= finest && candidate(p, k).distortion.lost > least / 2; };
     for (int direction : {-kStride, kStride})
-      for (int k = best, misses = 0; misses < 2;) {
+      for (int k = best, misses = 0; misses < 2 || (direction > 0 && loses(k));) {
         k += direction;
         misses = better(k) ? 0 : misses + 1;
       }
