@@ -66,12 +66,12 @@ double cost(const Trial& t) {
 }
 
 // Of two trials the last word takes the one of lower rank: of those near the target the one of lower cost,
-// else the nearest inside of it, else the nearest.
+// counting what the way to the target costs, else the nearest inside of it, else the nearest.
 constexpr double kNotNear = 1e3, kOutside = 2e3;
 double rank(const Trial& t, double y, double near) {
-  constexpr double kWithin = 0.12;
+  constexpr double kWithin = 0.12, kWay = 0.15;
   if (y >= near) return kOutside + y;
-  return y < -kWithin ? kNotNear - y : cost(t);
+  return y < -kWithin ? kNotNear - y : cost(t) + kWay * std::fabs(y);
 }
 
 // The search for the Lagrangian parameter, in its logarithm. The first trial near the target tells what
@@ -124,7 +124,7 @@ class Search {
       gather(m_, watch_);
       bracket_ = before_;
       x_ = bracket_.next(x_, y);
-    } else if (split_ && t.error > first_error_ && looks_ < m_.effort.looks) {
+    } else if (split_ && cost(t) > first_cost_ && looks_ < m_.effort.looks) {
       looks_++;
       if (!split_what_is_missed(m_, t.mesh, first_error_, t.lambda, watch_)) return false;
       bracket_ = all_lambdas(m_, bracket_.slope);

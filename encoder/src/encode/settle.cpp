@@ -6,12 +6,16 @@
 namespace relief {
 namespace {
 
+// What a trial within the target saves, in the logarithm.
+double gain(const Trial& t, double bytes) { return -std::log(bytes > 0 ? t.error : double(t.stream.size())); }
+
 // The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
 // with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
 // one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 7, kMendRounds = 2, kVain = 3;
-  constexpr double kInside = 0.008, kAim = 0.002, kHopeless = 0.02;  // of the target, in the logarithm
+  constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002, kHopeless = 0.02,
+                   kNarrow = 0.003;  // of the target, in the logarithm
   const bool bisk = s.placement.bisk;
   // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
   const double usual = bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6;
@@ -40,13 +44,15 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     }
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
-    // vertices at one place are one to many programs, and the surface no manifold
-    const bool apart = t.coincident == 0, best_apart = best.coincident == 0;
-    const bool nearer = best_y > 0 ? y < best_y : y <= 0 && y > best_y;
-    if (i == 0 || (apart == best_apart ? nearer : apart)) best = std::move(t), best_y = y;
-    if (!met || (best_y <= 0 && best_y > -kInside)) break;
+    const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
+    const bool better = best_y > 0 || y > 0 ? y < best_y : gain(t, bytes) > gain(best, bytes);
+    if (i == 0 || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
+    if (!met || (best_y <= 0 && best_y > -(kInside + kContent * std::max(0, i - 2)))) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
-    const bool bracket = inside_y > -INFINITY && outside_y < INFINITY;
+    // where errors of gaps jump the bracket closes: then as if nothing were known beyond the target
+    const bool bracket =
+        inside_y > -INFINITY && outside_y < INFINITY && std::fabs(outside_x - inside_x) > kNarrow;
+    if (!bracket && inside_y > -INFINITY) x = inside_x, y = inside_y;
     const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
     const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
     x = bracket ? inside_x - (inside_y + aim) / slope : x + std::clamp(-(y + aim) / slope, -0.3, 0.3);

@@ -79,6 +79,11 @@ double measure(const Job& m, const Trial& trial, Stopwatch& watch) {
   return error;
 }
 
+bool is_sound(const Job& m, const Trial& t) {
+  return t.coincident == 0 && t.topology.components == m.topology.components &&
+         t.topology.boundary_loops == m.topology.boundary_loops;
+}
+
 double excess(const Trial& t, const EncodeOptions& o, double bytes) {
   return bytes > 0 ? std::log(double(t.stream.size()) / bytes)
                    : std::log(t.error / o.error) + kSamplingMargin;

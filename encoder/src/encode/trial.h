@@ -44,6 +44,10 @@ Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);
 
 double measure(const Job& m, const Trial& trial, Stopwatch& watch);
 
+// Whether it has the pieces and the boundary loops of the surface, and no two vertices at one place: those
+// are one to many programs, and the result no manifold.
+bool is_sound(const Job& m, const Trial& trial);
+
 // How a trial stands to the target: 0 on it, positive beyond it (error too large, too many bytes), in the
 // logarithm. Another set of samples may measure the error a little larger: it counts with a margin. bytes:
 // the target; 0: it is one of error.

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 #include <set>
 
@@ -80,7 +81,9 @@ std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
     if (group_of_node[a] != from) continue;
     NodePair best = {INFINITY, a, a};
     for (uint32_t b = 0; b < d.nodes.size(); b++) {
-      if (group_of_node[b] == from || component_of_node[b] != component_of_node[a]) continue;
+      if (group_of_node[b] == from || component_of_node[b] != component_of_node[a] ||
+          neighbouring_pixels(g, d.nodes[a], d.nodes[b]))
+        continue;
       const double distance = (place[a] - place[b]).squaredNorm();
       if (distance < best.distance) best = {distance, a, b};
     }
@@ -95,12 +98,20 @@ std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
 }  // namespace
 
 Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing) {
-  Ground g = {surface, pixels_of(patches), {}, {}};
+  Ground g = {surface, pixels_of(patches), {}, {}, {}};
+  for (const CodedPatch& p : patches) g.width.push_back(p.header.width);
   for (const Pixel& p : g.pixel) {
     g.face.push_back(patches[p.patch].face[p.index]);
     g.spacing.push_back(spacing * quarter_power(-patches[p.patch].header.spacing_index));
   }
   return g;
+}
+
+bool neighbouring_pixels(const Ground& ground, uint32_t u, uint32_t v) {
+  const Pixel &p = ground.pixel[u], &q = ground.pixel[v];
+  if (p.patch != q.patch) return false;
+  const int64_t w = ground.width[p.patch];
+  return std::abs(p.index % w - q.index % w) <= 1 && std::abs(p.index / w - q.index / w) <= 1;
 }
 
 std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground) {

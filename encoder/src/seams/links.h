@@ -11,11 +11,15 @@ struct Ground {
   std::vector<Pixel> pixel;     // of each vertex that is a pixel
   std::vector<int> face;        // of the surface, likewise
   std::vector<double> spacing;  // of its patch's grid, lattice units
+  std::vector<uint32_t> width;  // of the patches' rectangles, pixels
 
   Vec3 lattice(const std::array<float, 3>& p) const {
     return (Vec3(p[0], p[1], p[2]) - surface.origin) / surface.scale;
   }
 };
+// Whether two vertices are pixels next to one another, if only at a corner: no link joins them.
+bool neighbouring_pixels(const Ground& ground, uint32_t u, uint32_t v);
+
 Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing);
 
 // Numbers of links whose ends the surface does not connect near the link, in ascending order.
