@@ -75,6 +75,22 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
   return distances(m.surface, ErrorMeter(decoded, kErrorSamples), middles);
 }
 
+// What a partition leaves to do before its patches can be sampled.
+std::unique_ptr<Patching> gather(const Job& m, Partition partition, Stopwatch& watch) {
+  auto p = std::make_unique<Patching>();
+  p->partition = std::move(partition);
+  p->ownership = diffuse_labels(m.surface, p->partition, kDiffusionRounds);
+  p->patches = gather_patches(m.surface, p->partition, kRingReach * m.spacing);
+  if (!m.points)
+    for (const auto& loop : m.border.loops)
+      if (const int label = p->partition.label[size_t(loop.face)]; label >= 0)
+        p->patches[size_t(label)].loops.push_back(loop);
+  p->allocator = std::make_unique<Allocator>(AllocationInput{
+      m.surface, p->ownership, p->patches, distance_to(m), kCoarsest * m.spacing, m.options.fit});
+  watch.lap("resample");
+  return p;
+}
+
 }  // namespace
 
 void Stopwatch::lap(const char* stage) {
@@ -104,26 +120,14 @@ DistanceToSurface distance_to(const Job& m) {
   return [&m](const std::vector<Vec3>& points) { return distances(m.surface, *m.meter, points); };
 }
 
-void gather(Job& m, Stopwatch& watch) {
-  m.ownership = diffuse_labels(m.surface, m.partition, kDiffusionRounds);
-  m.patches = gather_patches(m.surface, m.partition, kRingReach * m.spacing);
-  if (!m.points)
-    for (const auto& loop : m.border.loops)
-      if (const int p = m.partition.label[size_t(loop.face)]; p >= 0)
-        m.patches[size_t(p)].loops.push_back(loop);
-  m.allocator = std::make_unique<Allocator>(AllocationInput{m.surface, m.ownership, m.patches, distance_to(m),
-                                                            kCoarsest * m.spacing, m.options.fit});
-  watch.lap("resample");
-}
-
 void partition(Job& m, Stopwatch& watch) {
   report(m.options, "partition", 0.05);
   PartitionOptions p = partition_options(m.options);
   p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
-  m.partition = partition_surface(m.surface, p);
+  Partition partition = partition_surface(m.surface, p);
   watch.lap("partition");
   report(m.options, "resample", 0.4);
-  gather(m, watch);
+  m.patching = gather(m, std::move(partition), watch);
 }
 
 void prepare(Job& m, Stopwatch& watch) {
@@ -144,17 +148,16 @@ void prepare(Job& m, Stopwatch& watch) {
   watch.lap("measure");
 }
 
-bool split_what_is_missed(Job& m, const TriangleMesh& decoded, double error, double lambda,
-                          Stopwatch& watch) {
+std::unique_ptr<Patching> split_what_is_missed(const Job& m, const TriangleMesh& decoded, double error,
+                                               double lambda, Stopwatch& watch) {
   constexpr double kFar = 4;      // times the error
   constexpr double kBits = 3000;  // what patches of their own take, at least
   const std::vector<float> distance = distances_of_faces(m, decoded);
-  const PartitionOptions p = partition_options(m.options);
-  const bool any =
-      split_missed(m.surface, p, {distance, kFar * error * kLatticeDiagonal, kBits * lambda}, m.partition);
+  Partition partition = m.patching->partition;
+  const bool any = split_missed(m.surface, partition_options(m.options),
+                                {distance, kFar * error * kLatticeDiagonal, kBits * lambda}, partition);
   watch.lap("partition");
-  if (any) gather(m, watch);
-  return any;
+  return any ? gather(m, std::move(partition), watch) : nullptr;
 }
 
 }  // namespace relief

@@ -35,6 +35,14 @@ struct Effort {
 
 Effort effort_of(int effort);  // 1 .. 9; others count as the nearest
 
+// A partition of the surface, and what sampling its patches takes.
+struct Patching {
+  Partition partition;
+  Ownership ownership;
+  std::vector<PatchFaces> patches;
+  std::unique_ptr<Allocator> allocator;  // refers to the others
+};
+
 // Everything that does not depend on the target's Lagrangian parameter.
 struct Job {
   const TriangleMesh& mesh;    // the input, or the triangles over its points
@@ -43,15 +51,12 @@ struct Job {
   Effort effort;
   Surface surface = {};
   Topology topology = {};  // of the surface
-  Partition partition = {};
-  Ownership ownership = {};
-  std::vector<PatchFaces> patches = {};
   std::unique_ptr<ErrorMeter> meter = nullptr;
   double spacing = 0;  // mean spacing of the input's vertices
   SurfaceBorder border = {};
   // the surface, where that is not the mesh: components were dropped, or faces are curved
   TriangleMesh measured = {};
-  std::unique_ptr<Allocator> allocator = nullptr;
+  std::unique_ptr<Patching> patching = nullptr;
 };
 
 void report(const EncodeOptions& o, const char* stage, double done);
@@ -64,11 +69,9 @@ void prepare(Job& m, Stopwatch& watch);
 // Its patches, ready to be sampled.
 void partition(Job& m, Stopwatch& watch);
 
-// What a partition leaves to do before its patches can be sampled.
-void gather(Job& m, Stopwatch& watch);
-
-// Makes patches of what the result of a trial misses that has this error and came of this Lagrangian
-// parameter, if there is anything worth its bytes.
-bool split_what_is_missed(Job& m, const TriangleMesh& decoded, double error, double lambda, Stopwatch& watch);
+// The patches at hand and others for what the result of a trial misses that has this error and came of this
+// Lagrangian parameter; null if nothing of that is worth its bytes.
+std::unique_ptr<Patching> split_what_is_missed(const Job& m, const TriangleMesh& decoded, double error,
+                                               double lambda, Stopwatch& watch);
 
 }  // namespace relief

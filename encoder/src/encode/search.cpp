@@ -74,15 +74,31 @@ double rank(const Trial& t, double y, double near) {
   return y < -kWithin ? kNotNear - y : cost(t) + kWay * std::fabs(y);
 }
 
+// What trials of one partition tell.
+struct Trials {
+  Bracket bracket;
+  std::unique_ptr<Patching> patching = nullptr;  // while it is not the job's
+  double least_cost = INFINITY;
+  Trial best = {};
+  double best_rank = INFINITY, best_x = 0, best_y = INFINITY;
+
+  void add(Trial t, double x, double y, double near) {
+    bracket.add(x, y);
+    least_cost = std::min(least_cost, cost(t));
+    const double r = rank(t, y, near);
+    if (r < best_rank) best_rank = r, best_x = x, best_y = y, best = std::move(t);
+  }
+};
+
 // The search for the Lagrangian parameter, in its logarithm. The first trial near the target tells what
-// patches miss.
+// patches miss, which is split off. What was known before is kept, in case that does no good.
 class Search {
  public:
   Search(Job& m, double bytes, Stopwatch& watch)
-      : m_(m), bytes_(bytes), watch_(watch), bracket_(all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)) {
+      : m_(m), bytes_(bytes), watch_(watch), now_{all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)} {
     const double target = bytes > 0 ? 1e-4 : m.options.error;
     const double step = target * kLatticeDiagonal * kUsualStep * m.spacing;  // times spacing
-    x_ = std::clamp(std::log(kTrade * step * step), bracket_.least, bracket_.most);
+    x_ = std::clamp(std::log(kTrade * step * step), now_.bracket.least, now_.bracket.most);
   }
 
   // Bisection (3.6), with the secant as the first guess, until a trial is near the target; the last word does
@@ -90,64 +106,70 @@ class Search {
   Trial run(bool& met) {
     for (int i = 0; i < kMaxTrials; i++) {
       report(m_.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
-      Trial t = try_lambda(m_, std::exp(x_), split_, watch_);
+      Trial t = try_lambda(m_, std::exp(x_), is_split(), watch_);
       const double y = excess(t, m_.options, bytes_);
-      if (changes_patches(t, y)) continue;
       const double near = m_.effort.near * std::exp2(std::max(0, i + 1 - kPatience));
-      bracket_.add(x_, y);
-      const double next = bracket_.next(x_, y), r = rank(t, y, near);
-      if (r < best_rank_) best_rank_ = r, best_ = std::move(t);
-      if (std::fabs(y) < near || next == x_) break;
+      std::unique_ptr<Patching> others = other_patches(t, y);
+      now_.add(std::move(t), x_, y, near);
+      if (others) {
+        change_patches(std::move(others), y);
+        continue;
+      }
+      double next = now_.bracket.next(x_, y);
+      if (is_split() && now_.least_cost > whole_->least_cost + kHarm) {
+        take_back();
+        next = now_.bracket.next(now_.best_x, now_.best_y);
+      }
+      if (std::fabs(now_.best_y) < near || next == x_) break;
       x_ = next;
     }
-    met = best_rank_ < kOutside;
-    return last_word(m_, std::move(best_), bytes_, met, watch_);
+    if (is_split() && whole_->best_rank < now_.best_rank) take_back();
+    met = now_.best_rank < kOutside;
+    return last_word(m_, std::move(now_.best), bytes_, met, watch_);
   }
 
  private:
-  // Splits what patches miss, looks again where that did not help yet, and takes it back where it did harm.
-  // True: the trial is of other patches than the next.
-  bool changes_patches(const Trial& t, double y) {
-    constexpr double kNearToSplit = 0.5, kHarm = 0.5;
-    if (looks_ == 0) {
-      if (m_.effort.looks == 0 || std::fabs(y) >= kNearToSplit) return false;
-      looks_++, first_error_ = t.error, first_cost_ = cost(t);
-      whole_ = m_.partition;
-      if (!split_what_is_missed(m_, t.mesh, first_error_, t.lambda, watch_)) return false;
-      split_ = true;
-      before_ = std::exchange(bracket_, all_lambdas(m_, bracket_.slope));
-      before_.add(x_, y);
-      x_ = bracket_.next(x_, y);
-    } else if (split_ && cost(t) > first_cost_ + kHarm) {
-      split_ = false, looks_ = m_.effort.looks;
-      m_.partition = std::move(whole_);
-      gather(m_, watch_);
-      bracket_ = before_;
-      x_ = bracket_.next(x_, y);
-    } else if (split_ && cost(t) > first_cost_ && looks_ < m_.effort.looks) {
-      looks_++;
-      if (!split_what_is_missed(m_, t.mesh, first_error_, t.lambda, watch_)) return false;
-      bracket_ = all_lambdas(m_, bracket_.slope);
-    } else {
-      return false;
+  static constexpr double kHarm = 0.5;  // of costs
+  bool is_split() const { return whole_.has_value(); }
+
+  // Patches for what this trial misses, if it is time to look for that: once, and again while it did not
+  // help.
+  std::unique_ptr<Patching> other_patches(const Trial& t, double y) {
+    constexpr double kNearToSplit = 0.5;
+    if (looks_ == m_.effort.looks) return nullptr;
+    if (is_split() ? std::min(cost(t), now_.least_cost) <= whole_->least_cost
+                   : looks_ > 0 || std::fabs(y) >= kNearToSplit)
+      return nullptr;
+    if (looks_++ == 0) first_error_ = t.error;
+    return split_what_is_missed(m_, t.mesh, first_error_, t.lambda, watch_);
+  }
+
+  void change_patches(std::unique_ptr<Patching> others, double y) {
+    Trials fresh = {all_lambdas(m_, now_.bracket.slope)};
+    if (!is_split()) {
+      x_ = fresh.bracket.next(x_, y);
+      now_.patching = std::move(m_.patching);
+      whole_ = std::move(now_);
     }
-    best_rank_ = INFINITY;
-    return true;
+    m_.patching = std::move(others);
+    now_ = std::move(fresh);
+  }
+
+  void take_back() {
+    now_ = std::move(*whole_);
+    whole_.reset();
+    m_.patching = std::move(now_.patching);
+    looks_ = m_.effort.looks;
   }
 
   Job& m_;
   const double bytes_;  // the target; 0: it is one of error
   Stopwatch& watch_;
-  Bracket bracket_;
-  double x_;  // of the next trial
-  Trial best_;
-  double best_rank_ = INFINITY;
-  int looks_ = 0;  // for what is missed
-  bool split_ = false;
-  // What it was before the split, and what the last trial then was.
-  Partition whole_;
-  Bracket before_ = bracket_;
-  double first_error_ = 0, first_cost_ = 0;
+  double x_;                     // of the next trial
+  Trials now_;                   // of the patches at hand
+  std::optional<Trials> whole_;  // of those before the split, if they were split
+  int looks_ = 0;                // for what is missed
+  double first_error_ = 0;       // when that was looked for first
 };
 
 }  // namespace

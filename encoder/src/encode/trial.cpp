@@ -33,10 +33,11 @@ double finest_step(const std::vector<CodedPatch>& patches) {
 
 Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
   Sampled s;
+  Allocator& allocator = *m.patching->allocator;
   const Allocator::Choice choice =
-      m.options.density > 0 ? m.allocator->fixed(lambda, m.options.density) : m.allocator->choose(lambda);
+      m.options.density > 0 ? allocator.fixed(lambda, m.options.density) : allocator.choose(lambda);
   double spacing, step;
-  s.patches = m.allocator->coded(choice, spacing, step, s.patch_number);
+  s.patches = allocator.coded(choice, spacing, step, s.patch_number);
   if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");
   const bool bisk = m.options.coder == Coder::kBisk;
   step = std::max(bisk ? step : kTrellisStep * step, finest_step(s.patches));
