@@ -92,6 +92,7 @@ class Rasteriser {
     range(t.x, fine_.width, x0, x1);
     range(t.y, fine_.height, y0, y1);
     const double tiny = -1e-7 * area;
+    if (mixed && x0 <= x1 && y0 <= y1) find_claims(f);
     for (int y = y0; y <= y1; y++)
       for (int x = x0; x <= x1; x++) {
         const size_t i = size_t(y) * fine_.width + size_t(x);
@@ -100,7 +101,7 @@ class Rasteriser {
         const double opposite_1 = (t.x[2] - x) * (t.y[0] - y) - (t.x[0] - x) * (t.y[2] - y);
         if (opposite_0 < tiny || opposite_1 < tiny || area - opposite_0 - opposite_1 < tiny) continue;
         const double a = opposite_0 / area, b = opposite_1 / area, c = 1 - a - b;
-        fine_.owner[i] = mixed ? owner_at(f, a, b, c) : owner;
+        fine_.owner[i] = mixed ? owner_at(a, b, c) : owner;
         fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2] + bulge_at(f, a, b, c));
         if (x % kOversampling == 0 && y % kOversampling == 0)
           fine_.face[size_t(y / kOversampling) * map_width_ + size_t(x / kOversampling)] = f;
@@ -116,25 +117,34 @@ class Rasteriser {
            std::max(0.1, s_.normals[size_t(f)].dot(n_));
   }
 
-  // The label with the largest interpolated weight times how well its plane faces the surface there.
-  uint8_t owner_at(int f, double a, double b, double c) {
-    const double share[3] = {a, b, c};
-    std::pair<int, double> weights[3 * LabelWeights::kMost];
-    auto* end = weights;
-    for (int k = 0; k < 3; k++)
-      for (auto& [label, w] : o_.vertex[size_t(s_.faces[f][k])]) {
-        auto* at = weights;
-        while (at != end && at->first != label) at++;
-        if (at == end) *end++ = {label, 0};
-        at->second += w * share[k];
+  // The labels at a face's corners.
+  struct Claim {
+    int label;
+    double weight[3];  // at each corner
+    double facing;     // how well its plane faces the face
+  };
+
+  void find_claims(int f) {
+    claims_.clear();
+    for (size_t k = 0; k < 3; k++)
+      for (const auto& [label, w] : o_.vertex[size_t(s_.faces[f][k])]) {
+        auto at = std::find_if(claims_.begin(), claims_.end(), [&](auto& c) { return c.label == label; });
+        if (at == claims_.end()) {
+          const double facing = s_.normals[f].dot(vec(patches_[size_t(label)].frame.n));
+          at = claims_.insert(at, {label, {}, std::max(0.02, facing)});
+        }
+        at->weight[k] = w;
       }
+  }
+
+  // The label with the largest interpolated weight times how well its plane faces the surface there.
+  uint8_t owner_at(double a, double b, double c) const {
     int best = -1;
     double most = -1;
-    for (const auto* e = weights; e != end; e++) {
-      const auto& [label, w] = *e;
-      const double facing = s_.normals[f].dot(vec(patches_[size_t(label)].frame.n));
-      const double v = w * std::max(0.02, facing);
-      if (v > most || (v == most && label < best)) most = v, best = label;
+    for (const Claim& claim : claims_) {
+      const double* w = claim.weight;
+      const double v = (w[0] * a + w[1] * b + w[2] * c) * claim.facing;
+      if (v > most || (v == most && claim.label < best)) most = v, best = claim.label;
     }
     return best == index_ ? 1 : 2;
   }
@@ -147,6 +157,7 @@ class Rasteriser {
   size_t map_width_;
   Vec3 e1_, e2_, n_;
   double scale_, ox_, oy_, oz_;
+  std::vector<Claim> claims_;  // of the face at hand, where several have a part of it
 };
 
 // The rectangle of the grid that holds the patch, with room for pixels that its diffused border gains.
