@@ -103,11 +103,6 @@ inline int64_t distance2(const Node& a, const Node& b) {
   difference(a, b, d);
   return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 }
-inline bool neighbouring_pixels(const Node& u, const Node& v) {
-  if (u.patch != v.patch) return false;
-  const int dx = int(u.pixel[0]) - v.pixel[0], dy = int(u.pixel[1]) - v.pixel[1];
-  return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
-}
 inline int64_t dot(const int64_t a[3], const int16_t b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 inline int32_t dot(const int16_t a[3], const int16_t b[3]) {
   return int32_t(a[0]) * b[0] + int32_t(a[1]) * b[1] + int32_t(a[2]) * b[2];

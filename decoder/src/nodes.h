@@ -26,6 +26,13 @@ struct Node {
   uint32_t nearest;    // the node that faces it over a gap, or kNone
 };
 
+// Whether two nodes are pixels next to one another, if only at a corner: no link joins them.
+inline bool neighbouring_pixels(const Node& u, const Node& v) {
+  if (u.patch != v.patch) return false;
+  const int dx = int(u.pixel[0]) - v.pixel[0], dy = int(u.pixel[1]) - v.pixel[1];
+  return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
+}
+
 struct Nodes {
   uint32_t count, capacity;
   Node* node;

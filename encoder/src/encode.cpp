@@ -44,9 +44,7 @@ Outcome best_partition(Job& m, const EncodeOptions& asked, double bytes, Stopwat
     Outcome o;
     o.trial = search(m, bytes, o.met, watch);
     o.label = m.patching->partition.label;
-    const bool smaller =
-        bytes > 0 ? o.trial.error < best.trial.error : o.trial.stream.size() < best.trial.stream.size();
-    if (i == 0 || (o.met != best.met ? o.met : smaller)) best = std::move(o);
+    if (i == 0 || (o.met != best.met ? o.met : is_better(o.trial, best.trial, bytes))) best = std::move(o);
   }
   return best;
 }

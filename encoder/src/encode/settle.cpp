@@ -6,9 +6,6 @@
 namespace relief {
 namespace {
 
-// What a trial within the target saves, in the logarithm.
-double gain(const Trial& t, double bytes) { return -std::log(bytes > 0 ? t.error : double(t.stream.size())); }
-
 // The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
 // with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
 // one does.
@@ -45,7 +42,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
     const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
-    const bool better = best_y > 0 || y > 0 ? y < best_y : gain(t, bytes) > gain(best, bytes);
+    const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
     if (i == 0 || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
     if (!met || (best_y <= 0 && best_y > -(kInside + kContent * std::max(0, i - 2)))) break;
     if (i + 1 == kVain && best_y > kHopeless) break;

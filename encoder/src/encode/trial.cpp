@@ -85,6 +85,10 @@ bool is_sound(const Job& m, const Trial& t) {
          t.topology.boundary_loops == m.topology.boundary_loops;
 }
 
+bool is_better(const Trial& a, const Trial& b, double bytes) {
+  return bytes > 0 ? a.error < b.error : a.stream.size() < b.stream.size();
+}
+
 double excess(const Trial& t, const EncodeOptions& o, double bytes) {
   return bytes > 0 ? std::log(double(t.stream.size()) / bytes)
                    : std::log(t.error / o.error) + kSamplingMargin;

@@ -48,6 +48,10 @@ double measure(const Job& m, const Trial& trial, Stopwatch& watch);
 // are one to many programs, and the result no manifold.
 bool is_sound(const Job& m, const Trial& trial);
 
+// Of two trials within the target: whether a has fewer bytes than b, or less error where bytes are the target
+// (0: they are not).
+bool is_better(const Trial& a, const Trial& b, double bytes);
+
 // How a trial stands to the target: 0 on it, positive beyond it (error too large, too many bytes), in the
 // logarithm. Another set of samples may measure the error a little larger: it counts with a margin. bytes:
 // the target; 0: it is one of error.

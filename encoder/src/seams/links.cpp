@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <numeric>
 #include <set>
 
@@ -71,7 +70,7 @@ bool shorter(const NodePair& x, const NodePair& y) {
 }
 
 // The nearest pairs of a node in group `from` and one of another group of the same component.
-std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
+std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Nodes& nodes, const Ground& g,
                                     const std::vector<int>& group_of_node,
                                     const std::vector<int>& component_of_node, int from) {
   std::vector<NodePair> pairs;
@@ -82,7 +81,7 @@ std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
     NodePair best = {INFINITY, a, a};
     for (uint32_t b = 0; b < d.nodes.size(); b++) {
       if (group_of_node[b] == from || component_of_node[b] != component_of_node[a] ||
-          neighbouring_pixels(g, d.nodes[a], d.nodes[b]))
+          neighbouring_pixels(nodes[a], nodes[b]))
         continue;
       const double distance = (place[a] - place[b]).squaredNorm();
       if (distance < best.distance) best = {distance, a, b};
@@ -98,20 +97,12 @@ std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Ground& g,
 }  // namespace
 
 Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing) {
-  Ground g = {surface, pixels_of(patches), {}, {}, {}};
-  for (const CodedPatch& p : patches) g.width.push_back(p.header.width);
+  Ground g = {surface, pixels_of(patches), {}, {}};
   for (const Pixel& p : g.pixel) {
     g.face.push_back(patches[p.patch].face[p.index]);
     g.spacing.push_back(spacing * quarter_power(-patches[p.patch].header.spacing_index));
   }
   return g;
-}
-
-bool neighbouring_pixels(const Ground& ground, uint32_t u, uint32_t v) {
-  const Pixel &p = ground.pixel[u], &q = ground.pixel[v];
-  if (p.patch != q.patch) return false;
-  const int64_t w = ground.width[p.patch];
-  return std::abs(p.index % w - q.index % w) <= 1 && std::abs(p.index / w - q.index / w) <= 1;
 }
 
 std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground) {
@@ -162,8 +153,8 @@ Pieces join_parts(const DecodedMesh& decoded, const Ground& ground, const std::v
   return p;
 }
 
-std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,
-                                                   const Pieces& pieces) {
+std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Nodes& nodes,
+                                                   const Ground& ground, const Pieces& pieces) {
   std::vector<std::array<uint32_t, 2>> added;
   bool all = true;
   for (size_t g = 0; g < pieces.component.size(); g++)
@@ -185,7 +176,7 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
   for (int g = 0; g < int(pieces.component.size()); g++) {
     const int main = pieces.main[size_t(pieces.component[size_t(g)])];
     if (sets.find(g) == sets.find(main)) continue;
-    const std::vector<NodePair> pairs = nearest_pairs(decoded, ground, group, component, sets.find(g));
+    const std::vector<NodePair> pairs = nearest_pairs(decoded, nodes, ground, group, component, sets.find(g));
     auto taken = [&](const NodePair& p) {
       return known.count(std::minmax(p.a, p.b)) > 0 ||
              std::any_of(added.begin(), added.end(), [&](auto& l) { return l[0] == std::min(p.a, p.b); });

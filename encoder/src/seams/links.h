@@ -11,15 +11,11 @@ struct Ground {
   std::vector<Pixel> pixel;     // of each vertex that is a pixel
   std::vector<int> face;        // of the surface, likewise
   std::vector<double> spacing;  // of its patch's grid, lattice units
-  std::vector<uint32_t> width;  // of the patches' rectangles, pixels
 
   Vec3 lattice(const std::array<float, 3>& p) const {
     return (Vec3(p[0], p[1], p[2]) - surface.origin) / surface.scale;
   }
 };
-// Whether two vertices are pixels next to one another, if only at a corner: no link joins them.
-bool neighbouring_pixels(const Ground& ground, uint32_t u, uint32_t v);
-
 Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing);
 
 // Numbers of links whose ends the surface does not connect near the link, in ascending order.
@@ -41,8 +37,8 @@ constexpr size_t kStrayPixels = 64;
 
 // The shortest links with which the groups of each component of the surface become one; sorted, with one link
 // at most for each lower node.
-std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Ground& ground,
-                                                   const Pieces& pieces);
+std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, const Nodes& nodes,
+                                                   const Ground& ground, const Pieces& pieces);
 
 // Further links that run along the surface from these nodes, the shortest first, at most `most`: to nodes of
 // other patches, or far along the border of the same one. None that the decoder knows of or that is in

@@ -122,7 +122,8 @@ Attempt open_holes(const Context& in, Seams links) {
 
 // With these links dropped, and the missing ones added.
 Attempt with_links(const Context& in, std::vector<uint32_t> dropped, const Pieces& pieces) {
-  return open_holes(in, {std::move(dropped), {}, missing_links(in.plain, in.ground, pieces), {}});
+  return open_holes(
+      in, {std::move(dropped), {}, missing_links(in.plain, in.decoder.open().nodes, in.ground, pieces), {}});
 }
 
 Pieces pieces_of(const Context& in, const std::vector<uint32_t>& dropped) {
