@@ -143,7 +143,8 @@ TEST(Folds, NoneOnASphere) {
 
 TEST(SmallComponents, SurviveUnlessAskedNotTo) {
   TriangleMesh mesh = make_bumpy_sphere(5);
-  for (int i = 0; i < 3; i++) mesh = joined(mesh, moved(make_sphere(0, 0.01), 1.5, 0.4 * i, 0));
+  // in corners of the large one's box: the error's unit, its diagonal, is the same with and without them
+  for (int i = 0; i < 3; i++) mesh = joined(mesh, moved(make_sphere(0, 0.01), 0.8, 0.8, i == 0 ? -0.8 : 0.4 * i));
   EncodeOptions options;
   options.error = 2e-3;
   const EncodeResult all = encode(mesh, options);

@@ -107,9 +107,9 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.mesh.cells = p.mask_scratch;  // between two uses of the one there is one of the other
   w.mesh.height = a.take<int32_t>(t.max_pixels);
   w.mesh.vertex = a.take<uint32_t>(t.max_pixels);
-  w.mesh.node = a.take<uint32_t>(t.max_pixels);
   w.mesh.run = a.take<uint32_t>(t.max_pixels);
   w.mesh.run_of_cell = a.take<uint32_t>(t.max_pixels);
+  w.mesh.way = a.take<uint8_t>(t.max_pixels);
   w.nodes.allocate(a, nodes);
   const bool points = o.flags & RELIEF_POINTS;
   const Capacity most = capacity_of(o, parsed);
@@ -151,10 +151,10 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   if (colors) make_colour_images(open.parsed, w.planes, i, w.colours, w.scratch, leaves);
   const float* z = inverse_wavelet(p, w.planes.q + w.planes.begin[i], mask, step, w.scratch, leaves, level);
   const Band& low = p.low[level];
-  if (level > 0) tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.node);
+  if (level > 0) tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
   stage_done(Stage::kWavelet);
   const MeshWriter before = open.mesh;
-  const uint32_t nodes = w.nodes.count, components = open.components;
+  const uint32_t nodes = w.nodes.count, loops = w.nodes.loop_count, components = open.components;
   const relief_status status = mesh_patch(patch, i, spacing_of(h.spacing, patch), p, level, mask, z, w.mesh,
                                           open.mesh, w.nodes, open.components, leaves);
   if (status == RELIEF_OK && colors)
@@ -162,7 +162,7 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   stage_done(Stage::kMesh);
   if (level == 0 || status != RELIEF_ERROR_CORRUPT) return status;
   open.mesh = before;
-  w.nodes.count = nodes, open.components = components;
+  w.nodes.count = nodes, w.nodes.loop_count = loops, open.components = components;
   return RELIEF_OK;
 }
 

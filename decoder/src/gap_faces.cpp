@@ -6,15 +6,8 @@
 namespace relief {
 namespace {
 
-// Code for size leaves shortcuts away.
-#ifdef __OPTIMIZE_SIZE__
-constexpr bool kSmall = true;
-#else
-constexpr bool kSmall = false;
-#endif
-
 constexpr uint32_t kMaxEarFace = 256;  // corners of a face that is closed by ears; larger ones get a fan
-constexpr uint32_t kBestFace = 24;     // corners up to which the best of all triangulations is found
+constexpr uint32_t kBestFace = 12;     // corners up to which the best of all triangulations is found
 
 bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
   if (g.n[a].next == b || g.n[a].prev == b || neighbouring_pixels(g.n[a], g.n[b])) return true;
@@ -78,7 +71,7 @@ int64_t spacing_at(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
 // triangles turned over are to be avoided at the price of some long ones.
 int64_t weigh(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3], int64_t length) {
   const int64_t aligned = alignment(g, a, b, c, unit);
-  const int64_t cost = length * (10 * kUnit + 6 * (kUnit - aligned)) / 10;
+  const int64_t cost = length * (kUnit + 4 * (kUnit - aligned));
   return aligned < 0 ? cost + 10 * spacing_at(g, a, b, c) * (kUnit - aligned) : cost;
 }
 
@@ -190,41 +183,29 @@ bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulat
   return t.best[0][m - 1] != kNoEar;
 }
 
-// What the two triangles along the diagonal between corners r and r + 2 of a quad cost.
-int64_t cost_of_diagonal(const Gaps& g, const uint32_t* q, uint32_t r, const int32_t side[4],
-                         const int16_t beyond[4][3], int64_t length) {
-  int16_t unit[2][3];
-  int64_t cost = 0;
-  for (uint32_t x = 0; x < 2; x++) {
-    const uint32_t i = (r + 2 * x) % 4, j = (i + 1) % 4, k = (i + 2) % 4;
-    normal_of(g, q[i], q[j], q[k], unit[x]);
-    cost += weigh(g, q[i], q[j], q[k], unit[x], length + side[i] + side[j]) +
-            cost_of_folding(g, unit[x], beyond[i]) + cost_of_folding(g, unit[x], beyond[j]);
-  }
-  if (has_edge(g, q[r], q[r + 2])) cost += cost_of_splitting(g);
-  return cost + cost_of_folding(g, unit[0], unit[1]);
-}
-
-// Whether the triangulation of a quad is that along the diagonal from corner 1: what find_triangulation
-// finds, but mostly with a look at the shorter diagonal only. Its corners are different nodes.
-bool is_second_diagonal_better(const Gaps& g, const uint32_t* q) {
+// Which diagonal of a quad whose corners are different nodes is made, that from corner 0 or that from corner 1:
+// what find_triangulation finds.
+uint32_t diagonal_of_quad(const Gaps& g, const uint32_t* q) {
   int32_t side[4];
-  int16_t beyond[4][3];
-  int64_t sides = 0, length[2], least[2];
+  int16_t beyond[4][3], unit[4][3];  // unit: of the triangle that begins with that corner
   for (uint32_t i = 0; i < 4; i++) {
-    side[i] = distance(g, q[i], q[(i + 1) % 4]);
-    sides += side[i];
-    normal_beyond(g, q[i], q[(i + 1) % 4], beyond[i]);
+    const uint32_t a = q[i], b = q[(i + 1) % 4], c = q[(i + 2) % 4];
+    side[i] = distance(g, a, b);
+    normal_beyond(g, a, b, beyond[i]);
+    normal_of(g, a, b, c, unit[i]);
+  }
+  int64_t cost[2] = {0, 0};
+  for (uint32_t i = 0; i < 4; i++) {
+    const uint32_t j = (i + 1) % 4, k = (i + 2) % 4;
+    const int64_t around = int64_t(side[i]) + side[j] + distance(g, q[i], q[k]);
+    cost[i % 2] += weigh(g, q[i], q[j], q[k], unit[i], around) + cost_of_folding(g, unit[i], beyond[i]) +
+                   cost_of_folding(g, unit[i], beyond[j]);
   }
   for (uint32_t r = 0; r < 2; r++) {
-    length[r] = distance(g, q[r], q[r + 2]);
-    least[r] = (sides + 2 * length[r]) * kUnit;  // weigh gives at least that
+    cost[r] += cost_of_folding(g, unit[r], unit[r + 2]);
+    if (has_edge(g, q[r], q[r + 2])) cost[r] += cost_of_splitting(g);
   }
-  const uint32_t first = least[1] < least[0], other = 1 - first;
-  const int64_t cost = cost_of_diagonal(g, q, first, side, beyond, length[first]);
-  if (least[other] > cost) return first;
-  const int64_t rest = cost_of_diagonal(g, q, other, side, beyond, length[other]);
-  return first ? cost <= rest : rest <= cost;  // of equal ones the second
+  return cost[1] <= cost[0];  // of equal ones the second
 }
 
 // The corners i to j of a polygon: a triangle on the diagonal between them, and what that leaves over.
@@ -274,9 +255,15 @@ bool all_distinct(Gaps& g, const uint32_t* q, uint32_t m) {
 // Adds the triangles of the best triangulation. False, with nothing added, if there is none.
 bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   Triangulation t;
-  if (!kSmall && m == 4 && q[0] != q[2] && q[1] != q[3]) {
-    const bool second = is_second_diagonal_better(g, q);
-    t.at[0][3] = second ? 1 : 2;
+  if (m == 4 && q[0] != q[2] && q[1] != q[3]) {
+    const uint32_t r = diagonal_of_quad(g, q);
+    if (!has_edge(g, q[r], q[r + 2])) {
+      add_diagonal(g, q[r], q[r + 2]);
+      const uint32_t v[4] = {g.n[q[0]].vertex, g.n[q[1]].vertex, g.n[q[2]].vertex, g.n[q[3]].vertex};
+      room = add_triangle(g, v[0], v[2 - r], v[3]) && add_triangle(g, v[r], v[r + 1], v[r + 2]);
+      return true;
+    }
+    t.at[0][3] = uint8_t(2 - r);
     t.at[0][2] = 1, t.at[1][3] = 2;
   } else if (!find_triangulation(g, q, m, t)) {
     return false;

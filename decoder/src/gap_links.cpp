@@ -18,14 +18,15 @@ void add_link(Gaps& g, uint32_t a, uint32_t b, int64_t length) {
   uint32_t* const degree = g.slot_begin + 1;  // until build_slots
   if (g.link_count == g.link_capacity || degree[a] == kMaxDegree || degree[b] == kMaxDegree) return;
   degree[a]++, degree[b]++;
-  const int64_t rank = length * 4096 / (g.options.spacing + 1);
-  const uint16_t cut = uint16_t(rank < 0xffff ? rank : 0xffff);
-  g.links[g.link_count] = {{a, b}, {}, g.link_count, cut, LinkKind::kPlain};
+  const int64_t rank = length >> g.rank_shift;
+  g.links[g.link_count] = {{a, b}, {}, g.link_count, uint8_t(rank < 255 ? rank : 255), LinkKind::kPlain};
   g.link_count++;
 }
 
 void link_partners(Gaps& g) {
   g.link_count = 0;
+  g.rank_shift = 0;
+  while (g.options.spacing >> g.rank_shift >= 16) g.rank_shift++;
   memset(g.slot_begin, 0, (size_t(g.count) + 1) * sizeof(uint32_t));
   for (uint32_t v = 0; v < g.count; v++) {
     const uint32_t u = g.n[v].nearest;
@@ -72,13 +73,13 @@ bool add_links(Gaps& g) {
   return g.seams.good;
 }
 
-// Lists the ends of the links at each node.
+// Lists the ends of the links at each node, the last link first: mostly that is their order around it.
 void build_slots(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
     g.slot_begin[v + 1] += g.slot_begin[v];
     g.mark[v] = g.slot_begin[v];
   }
-  for (uint32_t i = 0; i < g.link_count; i++) {
+  for (uint32_t i = g.link_count; i-- > 0;) {
     Link& l = g.links[i];
     for (int end = 0; end < 2; end++) l.slot[end] = g.mark[l.node[end]]++;
     for (int end = 0; end < 2; end++) g.slots[l.slot[end]] = {l.node[1 - end], l.slot[1 - end], i};
@@ -89,7 +90,7 @@ void build_slots(Gaps& g) {
 uint32_t steps_ahead(const Gaps& g, uint32_t a, uint32_t b) {
   constexpr uint32_t kNear = 16;
   if (g.n[a].loop != g.n[b].loop) return kNone;
-  const uint32_t length = g.loop_length[g.n[a].loop];
+  const uint32_t length = g.n.loop_length[g.n[a].loop];
   const uint32_t ahead =
       g.n[b].place >= g.n[a].place ? g.n[b].place - g.n[a].place : g.n[b].place + length - g.n[a].place;
   return ahead <= kNear && ahead < length / 2 ? ahead : kNone;
@@ -148,29 +149,25 @@ void sort_slots(Gaps& g) {
   }
 }
 
-// The shortest link first: two passes of a radix sort.
+// The shortest link first, by rank; those of one rank along the borders.
 void sort_links(Gaps& g) {
-  for (int shift = 0; shift < 16; shift += 8) {
-    uint32_t begin[257] = {0};
-    for (uint32_t i = 0; i < g.link_count; i++) begin[(g.links[i].rank >> shift & 255) + 1]++;
-    for (int k = 0; k < 256; k++) begin[k + 1] += begin[k];
-    for (uint32_t i = 0; i < g.link_count; i++)
-      g.sorting[begin[g.links[i].rank >> shift & 255]++] = g.links[i];
-    Link* const sorted = g.sorting;
-    g.sorting = g.links, g.links = sorted;
-  }
+  uint32_t begin[257] = {0};
+  for (uint32_t i = 0; i < g.link_count; i++) begin[g.links[i].rank + 1]++;
+  for (int k = 0; k < 256; k++) begin[k + 1] += begin[k];
+  for (uint32_t i = 0; i < g.link_count; i++) g.sorting[begin[g.links[i].rank]++] = g.links[i];
+  Link* const sorted = g.sorting;
+  g.sorting = g.links, g.links = sorted;
 }
 
 // --- faces in the making ---
 
 // At first every border loop is a face, and no link is on a rim.
 void start_faces(Gaps& g) {
-  g.face_count = 0;
+  g.face_count = g.n.loop_count;
   for (uint32_t v = 0; v < g.count; v++) {
     g.corner[v].next = g.n[v].prev;
     g.corner[v].face = g.n[v].loop;
     g.next[v] = g.n[v].next;
-    if (g.n[v].loop >= g.face_count) g.face_count = g.n[v].loop + 1;
   }
   for (uint32_t s = 0; s < g.slot_begin[g.count]; s++) g.corner[g.corner_of(s)].next = kNone;
 }

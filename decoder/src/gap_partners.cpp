@@ -49,7 +49,7 @@ void build_cells(Gaps& g) {
 // Steps between two nodes of a loop, the short way round.
 uint32_t steps_apart(const Gaps& g, const Node& u, const Node& v) {
   const uint32_t d = u.place > v.place ? u.place - v.place : v.place - u.place;
-  const uint32_t rest = g.loop_length[u.loop] - d;
+  const uint32_t rest = g.n.loop_length[u.loop] - d;
   return d < rest ? d : rest;
 }
 
@@ -84,13 +84,12 @@ struct Search {
 };
 
 // Of equally near nodes the first in number is taken, so that the order of visits does not matter.
-bool consider(const Gaps& g, uint32_t v, uint32_t u, int64_t d2, Search& s) {
-  if (d2 > s.best || (d2 == s.best && u >= s.found) || u == v) return false;
+void consider(const Gaps& g, uint32_t v, uint32_t u, int64_t d2, Search& s) {
+  if (d2 > s.best || (d2 == s.best && u >= s.found) || u == v) return;
   d2 = facing_distance(g, g.n[v], g.n[u], d2);
-  if (d2 > s.best || (d2 == s.best && u >= s.found)) return false;
+  if (d2 > s.best || (d2 == s.best && u >= s.found)) return;
   s.best = d2;
   s.found = u;
-  return true;
 }
 
 // Looks at the nodes of all cells that the cube of half side `radius` around v touches, by runs of buckets.
@@ -115,19 +114,26 @@ void search_cube(const Gaps& g, uint32_t v, int64_t radius, Search& s) {
     }
 }
 
-// Follows the border of a node that faced the node before v to where it is nearest to v. Borders of different
-// grids take steps of different lengths.
+// Follows the border of a node that faced the node before v to where it is nearest to v: mostly backwards.
+// Borders of different grids take steps of different lengths, and those of one are not all nearer or all
+// farther.
 void follow_border(const Gaps& g, uint32_t v, uint32_t near, Search& s) {
   constexpr int kMostSteps = 16, kPatience = 2;
   constexpr uint32_t Node::*kWays[] = {&Node::prev, &Node::next};
-  consider(g, v, near, distance2(g.n[v], g.n[near]), s);
+  const Node& n = g.n[v];
+  int64_t best = distance2(n, g.n[near]);
+  uint32_t nearest = near;
   for (const auto way : kWays) {
     uint32_t u = near;
     for (int i = 0, vain = 0; i < kMostSteps && vain < kPatience; i++) {
       u = g.n[u].*way;
-      vain = consider(g, v, u, distance2(g.n[v], g.n[u]), s) ? 0 : vain + 1;
+      const int64_t d2 = distance2(n, g.n[u]);
+      vain++;
+      if (d2 < best) best = d2, nearest = u, vain = 0;
     }
+    if (nearest != near) break;
   }
+  consider(g, v, nearest, best, s);
 }
 
 // near: the partner of the node before along the border, or kNone. Within one and a half mean spacings its
@@ -137,7 +143,7 @@ void find_partner(Gaps& g, uint32_t v, uint32_t near) {
   Search s = {most * most, kNone, 0};
   if (near != kNone) follow_border(g, v, near, s);
   const int64_t sum = s.found == kNone ? 0 : spacing + g.n[s.found].spacing;
-  if (s.found == kNone || 16 * s.best > 9 * sum * sum) {
+  if (s.found == kNone || (16 * s.best > 9 * sum * sum && g.n[v].place % kThinning == 0)) {
     const uint32_t followed = s.found;
     for (int64_t radius = followed != kNone ? root(s.best) + 1 : 2 * spacing + 1;; radius *= 2) {
       if (radius > most) radius = most;
@@ -151,46 +157,12 @@ void find_partner(Gaps& g, uint32_t v, uint32_t near) {
   g.distance[v] = int32_t(root(s.best));
 }
 
-// Tangent of the border x normal.
-void find_outward(const Gaps& g, Node& n) {
-  int64_t t[3], c[3];
-  difference(g.n[n.prev], g.n[n.next], t);
-  const int64_t normal[3] = {n.normal[0], n.normal[1], n.normal[2]};
-  cross(t, normal, c);
-  unit_vector(c, n.outward);
-}
-
 }  // namespace
-
-void trace_loops(Gaps& g) {
-  for (uint32_t i = 0; i < g.count; i++) g.n[i].loop = kNone;
-  uint32_t loops = 0;
-  for (uint32_t i = 0; i < g.count; i++) {
-    if (g.n[i].loop != kNone) continue;
-    uint32_t place = 0, v = i;
-    do {
-      Node& n = g.n[v];
-      n.loop = loops;
-      n.place = place++;
-      find_outward(g, n);
-      v = n.next;
-    } while (v != i);
-    g.loop_length[loops++] = place;
-  }
-}
 
 void find_partners(Gaps& g) {
   choose_cells(g);
   build_cells(g);
-  for (uint32_t first = 0; first < g.count; first++) {
-    if (g.n[first].place != 0) continue;
-    uint32_t near = kNone, v = first;  // along the loop
-    do {
-      find_partner(g, v, near);
-      near = g.n[v].nearest;
-      v = g.n[v].next;
-    } while (v != first);
-  }
+  for (uint32_t v = 0; v < g.count; v++) find_partner(g, v, g.n[v].place == 0 ? kNone : g.n[v - 1].nearest);
 }
 
 }  // namespace relief

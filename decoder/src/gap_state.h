@@ -11,7 +11,7 @@ constexpr uint32_t kBigFace = 12;    // corners beyond which a face may be a hol
 struct Link {
   uint32_t node[2], slot[2];  // both ends
   uint32_t number;
-  uint16_t rank;  // by length
+  uint8_t rank;  // by length, the shortest first
   LinkKind kind;
 };
 
@@ -61,7 +61,6 @@ struct Gaps {
   const GapOptions& options;
   MeshWriter& mesh;
   uint32_t count, components;
-  uint32_t* loop_length;
   // by node
   uint32_t *slot_begin, *diagonals, *mark;
   uint32_t* next;     // that of the nodes, closer together
@@ -71,6 +70,7 @@ struct Gaps {
   CellNode* cell_nodes;
   uint32_t bucket_mask;
   int cell_shift;
+  int rank_shift;     // of lengths: ranks are a sixteenth to an eighth of the largest spacing apart
   uint32_t* group;        // union-find over components
   Link *links, *sorting;  // the latter: scratch of sort_links
   uint32_t link_count, link_capacity;
@@ -95,9 +95,6 @@ struct Gaps {
   bool is_in(uint32_t slot) const { return corner[corner_of(slot)].next != kNone; }
 };
 
-inline void difference(const Node& from, const Node& to, int64_t d[3]) {
-  for (int k = 0; k < 3; k++) d[k] = to.position[k] - from.position[k];  // below 2^22
-}
 inline int64_t distance2(const Node& a, const Node& b) {
   int64_t d[3];
   difference(a, b, d);
@@ -108,9 +105,6 @@ inline int32_t dot(const int16_t a[3], const int16_t b[3]) {
   return int32_t(a[0]) * b[0] + int32_t(a[1]) * b[1] + int32_t(a[2]) * b[2];
 }
 inline int64_t root(int64_t v) { return int64_t(__builtin_sqrt(double(v))); }  // v < 2^53: exact argument
-
-// Numbers the border loops and finds which way is out of the patch at each node.
-void trace_loops(Gaps& g);
 
 // For every node the nearest one that faces it over a gap, in g.nearest.
 void find_partners(Gaps& g);

@@ -17,7 +17,6 @@ void allocate(Gaps& g, Arena& a, uint32_t n) {
   g.link_capacity = 2 * n;
   g.corner_capacity = n + 2 * g.link_capacity;
   g.diagonal_capacity = 2 * g.corner_capacity;
-  g.loop_length = a.take<uint32_t>(n);
   g.distance = a.take<int32_t>(n);
   g.slot_begin = a.take<uint32_t>(uint64_t(n) + 1);
   g.diagonals = a.take<uint32_t>(n);
@@ -56,10 +55,7 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   Arena arena(memory);
   allocate(g, arena, nodes.count);
   g.work = 64 * int64_t(g.corner_capacity);
-  if (!(kTracing && options.trace && options.trace->partners_known)) {
-    trace_loops(g);
-    find_partners(g);
-  }
+  if (!(kTracing && options.trace && options.trace->partners_known)) find_partners(g);
   if (!make_links(g)) return RELIEF_ERROR_CORRUPT;
   return close_faces(g);
 }

@@ -58,7 +58,6 @@ relief_status add_vertices(const Patch& p, float spacing, const float* z) {
   }
   row.level = p.level;
   MeshWriter& mesh = p.mesh;
-  memset(p.s.node, 0xff, p.pixel(0, p.h) * sizeof(*p.s.node));  // kNone
   p.leaves.heights(z, p.s.height, uint32_t(p.pixel(0, p.h)));
   for (int y = 0; y < p.h; y++) {
     const float fy = float(p.header.y0 + (y << p.level));
@@ -150,13 +149,56 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
   return RELIEF_OK;
 }
 
+// The neighbours of a pixel, counter-clockwise: the directions of the border's chain code (Freeman 1961).
+constexpr int8_t kRing[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+constexpr uint8_t kNoWay = 0xff;
+
+// The sides of a cell with no covered cell across, counter-clockwise. False if the border touches itself
+// there.
+bool add_sides(const Patch& p, int x, int y) {
+  const uint8_t* m = p.at(x, y);
+  const bool a = m[0], b = m[1], c = m[p.stride], d = m[p.stride + 1];
+  bool ok = true;
+  auto side = [&](int from_x, int from_y, uint8_t way) {
+    uint8_t& from = p.s.way[p.pixel(from_x, from_y)];
+    ok = ok && from == kNoWay;
+    from = way;
+  };
+  if (a && b && !p.covered(x, y - 1)) side(x, y, 0);
+  if (b && d && !p.covered(x + 1, y)) side(x + 1, y, 2);
+  if (d && c && !p.covered(x, y + 1)) side(x + 1, y + 1, 4);
+  if (c && a && !p.covered(x - 1, y)) side(x, y + 1, 6);
+  if (!a)
+    side(x, y + 1, 7);
+  else if (!b)
+    side(x, y, 1);
+  else if (!c)
+    side(x + 1, y + 1, 5);
+  else if (!d)
+    side(x + 1, y, 3);
+  return ok;
+}
+
+// Sides of covered cells with no covered cell across become the border, the patch on the left. As many sides
+// leave a pixel as arrive there: if not more than one does, the border is loops.
+bool find_border(const Patch& p) {
+  uint8_t* const border = p.flags();
+  memset(p.s.way, kNoWay, p.pixel(0, p.h));
+  bool ok = true;
+  for (int y = 0; y + 1 < p.h; y++) {
+    p.leaves.border_cells(p.cells(y), p.w, border, uint32_t(p.w - 1));
+    for (int x = run_end(border, 0, p.w - 1, 0); x + 1 < p.w; x = run_end(border, x + 1, p.w - 1, 0))
+      ok = add_sides(p, x, y) && ok;
+  }
+  return ok;
+}
+
 // Normal at a border pixel: the sum over the triangles between it and its neighbours in covered cells.
 //
 // In a cell with the neighbours a, b and c around it (relative to it), counter-clockwise, these are a x b + b
 // x c = (a - c) x b, where a missing a or c is zero, or, b missing, a x c = (a - c) x a. Of a cell that is
 // not covered, with two neighbours missing, that is zero.
 void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
-  static const int8_t kRing[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
   const size_t here = p.pixel(x, y);
   const float* const centre = p.mesh.positions + 3 * size_t(p.s.vertex[here]);
   int32_t ring[8][3];
@@ -179,67 +221,59 @@ void node_normal(const Patch& p, int x, int y, int16_t out[3]) {
   unit_vector(sum, out);
 }
 
-// The node of a pixel, made on its first use. kNone if there is no room.
-uint32_t node_at(const Patch& p, int x, int y, uint32_t run) {
-  uint32_t& node = p.s.node[p.pixel(x, y)];
-  if (node != kNone) return node;
+// In the surface, out of the patch: tangent of the border x normal.
+void find_outward(const Nodes& nodes, Node& n) {
+  int64_t t[3], c[3];
+  difference(nodes[n.prev], nodes[n.next], t);
+  const int64_t normal[3] = {n.normal[0], n.normal[1], n.normal[2]};
+  cross(t, normal, c);
+  unit_vector(c, n.outward);
+}
+
+// The run of a covered cell that a pixel is a corner of.
+uint32_t run_at(const Patch& p, int x, int y) {
+  const int left = p.covered(x - 1, y - 1) || p.covered(x - 1, y), above = p.covered(x - left, y - 1);
+  return find(p.s.run, p.s.run_of_cell[p.pixel(x - left, y - above)]);
+}
+
+// Makes the nodes of the loop through a pixel, one after the other along the border. False if there is no
+// room.
+bool add_loop(const Patch& p, int x, int y) {
   Nodes& n = p.nodes;
-  if (n.count == n.capacity) return kNone;
-  node = n.count++;
-  const float* v = p.mesh.positions + 3 * size_t(p.s.vertex[p.pixel(x, y)]);
-  for (int k = 0; k < 3; k++) n[node].position[k] = int32_t(v[k]);
-  node_normal(p, x, y, n[node].normal);
-  n[node].vertex = p.s.vertex[p.pixel(x, y)];
-  n[node].next = n[node].prev = kNone;
-  n[node].patch = p.index;
-  n[node].spacing = p.spacing;
-  n[node].component = run;
-  n[node].pixel[0] = uint16_t(x);
-  n[node].pixel[1] = uint16_t(y);
-  return node;
-}
-
-// The sides of a cell with no covered cell across, counter-clockwise. False if the border touches itself
-// there.
-bool add_sides(const Patch& p, int x, int y) {
-  const uint8_t* m = p.at(x, y);
-  const bool a = m[0], b = m[1], c = m[p.stride], d = m[p.stride + 1];
-  const uint32_t run = find(p.s.run, p.s.run_of_cell[p.pixel(x, y)]);
-  bool ok = true;
-  auto side = [&](int x0, int y0, int x1, int y1) {
-    const uint32_t u = node_at(p, x0, y0, run), v = node_at(p, x1, y1, run);
-    // a second side that leaves u or arrives at v
-    if (u == kNone || v == kNone || p.nodes[u].next != kNone || p.nodes[v].prev != kNone) {
-      ok = false;
-      return;
-    }
-    p.nodes[u].next = v;
-    p.nodes[v].prev = u;
-  };
-  if (a && b && !p.covered(x, y - 1)) side(x, y, x + 1, y);
-  if (b && d && !p.covered(x + 1, y)) side(x + 1, y, x + 1, y + 1);
-  if (d && c && !p.covered(x, y + 1)) side(x + 1, y + 1, x, y + 1);
-  if (c && a && !p.covered(x - 1, y)) side(x, y + 1, x, y);
-  if (!a)
-    side(x, y + 1, x + 1, y);
-  else if (!b)
-    side(x, y, x + 1, y + 1);
-  else if (!c)
-    side(x + 1, y + 1, x, y);
-  else if (!d)
-    side(x + 1, y, x, y + 1);
-  return ok;
-}
-
-// Sides of covered cells with no covered cell across become the border, the patch on the left.
-relief_status add_border(const Patch& p) {
-  uint8_t* const border = p.flags();
-  for (int y = 0; y + 1 < p.h; y++) {
-    p.leaves.border_cells(p.cells(y), p.w, border, uint32_t(p.w - 1));
-    for (int x = run_end(border, 0, p.w - 1, 0); x + 1 < p.w; x = run_end(border, x + 1, p.w - 1, 0))
-      if (!add_sides(p, x, y)) return RELIEF_ERROR_CORRUPT;
+  const uint32_t first = n.count, run = run_at(p, x, y);
+  for (uint8_t way; (way = p.s.way[p.pixel(x, y)]) != kNoWay; x += kRing[way][0], y += kRing[way][1]) {
+    if (n.count == n.capacity) return false;
+    Node& node = n[n.count];
+    node.vertex = p.s.vertex[p.pixel(x, y)];
+    for (int k = 0; k < 3; k++) node.position[k] = int32_t(p.mesh.positions[3 * size_t(node.vertex) + k]);
+    node_normal(p, x, y, node.normal);
+    node.next = n.count + 1;
+    node.prev = n.count - 1;
+    node.loop = n.loop_count;
+    node.place = n.count - first;
+    node.patch = p.index;
+    node.pixel[0] = uint16_t(x);
+    node.pixel[1] = uint16_t(y);
+    node.spacing = p.spacing;
+    node.component = run;
+    p.s.way[p.pixel(x, y)] = kNoWay;
+    n.count++;
   }
-  return RELIEF_OK;
+  n[n.count - 1].next = first;
+  n[first].prev = n.count - 1;
+  for (uint32_t i = first; i < n.count; i++) find_outward(n, n[i]);
+  n.loop_length[n.loop_count++] = n.count - first;
+  return true;
+}
+
+// Loops begin where they are met first, row by row.
+bool add_nodes(const Patch& p) {
+  for (int y = 0; y < p.h; y++) {
+    const uint8_t* const row = p.s.way + p.pixel(0, y);
+    for (int x = run_end(row, 0, p.w, kNoWay); x < p.w; x = run_end(row, x + 1, p.w, kNoWay))
+      if (!add_loop(p, x, y)) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -268,8 +302,7 @@ relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float s
   status = add_triangles(p, runs);
   if (status != RELIEF_OK) return status;
   const uint32_t first = nodes.count;
-  status = add_border(p);
-  if (status != RELIEF_OK) return status;
+  if (!find_border(p) || !add_nodes(p)) return RELIEF_ERROR_CORRUPT;
   // number the pieces: run_of_cell is no longer needed and holds the new numbers
   uint32_t* number = scratch.run_of_cell;
   for (uint32_t r = 0; r < runs; r++) number[r] = kNone;

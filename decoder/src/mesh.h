@@ -16,10 +16,10 @@ struct MeshWriter {
 struct MeshScratch {
   int32_t* height;        // pixels of a patch
   uint32_t* vertex;       // pixels of a patch
-  uint32_t* node;         // pixels of a patch
   uint32_t* run;          // pixels of a patch: union-find over runs of cells
   uint32_t* run_of_cell;  // pixels of a patch
   uint8_t* cells;         // cell_bytes of a patch
+  uint8_t* way;           // pixels of a patch: where the border goes on
 };
 
 // Bytes for the cells of a patch, with a row of none above, and for a row of flags.

@@ -17,7 +17,7 @@ struct Node {
   int16_t normal[3];     // of the patch's surface there, length kUnit (or 0)
   int16_t outward[3];    // in that surface, out of the patch, likewise
   uint32_t next, prev;   // along the border, the patch on the left
-  uint32_t loop, place;  // number of the border, place along it
+  uint32_t loop, place;  // number of the border loop, place along it
   uint32_t patch;
   uint16_t pixel[2];
   int32_t spacing;     // of the patch's grid, lattice units
@@ -33,16 +33,23 @@ inline bool neighbouring_pixels(const Node& u, const Node& v) {
   return dx >= -1 && dx <= 1 && dy >= -1 && dy <= 1;
 }
 
+// The nodes of a loop follow one another, in the order of the border.
 struct Nodes {
-  uint32_t count, capacity;
+  uint32_t count, capacity, loop_count;
   Node* node;
+  uint32_t* loop_length;
 
   Node& operator[](uint32_t i) const { return node[i]; }
   void allocate(Arena& a, uint32_t n) {
-    count = 0, capacity = n;
+    count = 0, capacity = n, loop_count = 0;
     node = a.take<Node>(n);
+    loop_length = a.take<uint32_t>(n);
   }
 };
+
+inline void difference(const Node& from, const Node& to, int64_t d[3]) {
+  for (int k = 0; k < 3; k++) d[k] = to.position[k] - from.position[k];  // below 2^22
+}
 
 inline int64_t absolute(int64_t v) { return v < 0 ? -v : v; }
 
@@ -54,29 +61,13 @@ inline int64_t scale_down(int64_t v, int shift) {
   return (v + (v >> 63 & ((int64_t(1) << shift) - 1))) >> shift;
 }
 
-// Scales an integer vector (components below 2^50) to length kUnit, rounding towards zero. The vector is
-// divided by the least power of 4 with which no component is above 2^24: the square of its length is exact,
-// and IEEE operations on exactly represented integers are the same everywhere.
+// Scales an integer vector (components below 2^50) to length kUnit, rounding towards zero. Only IEEE operations
+// on doubles, one at a time: the same everywhere.
 inline void unit_vector(const int64_t v[3], int16_t out[3]) {
-  constexpr int kBits = 24;
-  int64_t most = absolute(v[0]);
-  for (int k = 1; k < 3; k++)
-    if (absolute(v[k]) > most) most = absolute(v[k]);
-  if (most == 0) {
-    out[0] = out[1] = out[2] = 0;
-    return;
-  }
-  const int bits = bits_of(most);
-  int shift = bits > kBits ? (bits - kBits + 1) & ~1 : 0;
-  if (shift && most >> (shift - 2) == 1 << kBits) [[unlikely]]
-    shift -= 2;
-  int64_t c[3], square = 0;
-  for (int k = 0; k < 3; k++) {
-    c[k] = scale_down(v[k], shift);
-    square += c[k] * c[k];
-  }
-  const double length = __builtin_sqrt(double(square));
-  for (int k = 0; k < 3; k++) out[k] = int16_t(double(c[k] * kUnit) / length);
+  const double x = double(v[0]), y = double(v[1]), z = double(v[2]);
+  const double square = x * x + y * y + z * z;
+  const double scale = square > 0 ? kUnit / __builtin_sqrt(square) : 0;
+  out[0] = int16_t(x * scale), out[1] = int16_t(y * scale), out[2] = int16_t(z * scale);
 }
 
 inline void cross(const int64_t a[3], const int64_t b[3], int64_t out[3]) {

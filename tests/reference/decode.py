@@ -58,10 +58,10 @@ def minus(a, b):
 
 
 def unit(v):
-    while max(map(abs, v)) > 1 << 24:
-        v = tuple(quotient(c, 4) for c in v)
-    l = math.sqrt(float(dot(v, v)))
-    return (0, 0, 0) if l == 0 else tuple(int(float(c) * 4096.0 / l) for c in v)
+    x, y, z = map(float, v)
+    t = x * x + y * y + z * z
+    f = 4096.0 / math.sqrt(t) if t > 0 else 0.0
+    return tuple(int(c * f) for c in (x, y, z))
 
 
 # --- 2 Container ---
@@ -864,21 +864,7 @@ def mesh_patch(patch, mesh, nodes, most_nodes, level):
                 if other in covered and other not in piece and p in vertex and p2 in vertex:
                     piece[other] = cell
                     reached.append(other)
-    at_pixel = {}
-
-    def node_at(pixel, cell):
-        if pixel not in at_pixel:
-            if len(nodes) == most_nodes:
-                raise Error(CORRUPT)
-            n = Node()
-            n.vertex, n.patch, n.pixel, n.piece = vertex[pixel], patch, pixel, (id(patch), piece[cell])
-            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing * 2 ** level)
-            n.normal = node_normal(pixel, covered, vertex, mesh.positions)
-            n.next = n.prev = None
-            n.number = at_pixel[pixel] = len(nodes)
-            nodes.append(n)
-        return nodes[at_pixel[pixel]]
-
+    after, cell_of = {}, {}
     for x, y in cells:
         a, b, c, d = (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)
         sides = [(p, q) for p, q, across in ((a, b, (x, y - 1)), (b, d, (x + 1, y)), (d, c, (x, y + 1)), (c, a, (x - 1, y)))
@@ -887,10 +873,26 @@ def mesh_patch(patch, mesh, nodes, most_nodes, level):
             if missing not in vertex:
                 sides.append(side)
         for p, q in sides:
-            u, v = node_at(p, (x, y)), node_at(q, (x, y))
-            if u.next is not None or v.prev is not None:
+            if p in after:
                 raise Error(CORRUPT)
-            u.next, v.prev = v.number, u.number
+            after[p], cell_of[p] = q, (x, y)
+    loop = nodes[-1].loop + 1 if nodes else 0
+    for pixel in sorted(after, key=lambda p: (p[1], p[0])):
+        first = len(nodes)
+        while pixel in after:
+            if len(nodes) == most_nodes:
+                raise Error(CORRUPT)
+            n = Node()
+            n.vertex, n.patch, n.pixel, n.piece = vertex[pixel], patch, pixel, (id(patch), piece[cell_of[pixel]])
+            n.position, n.spacing = tuple(mesh.positions[n.vertex]), int(patch.spacing * 2 ** level)
+            n.normal = node_normal(pixel, covered, vertex, mesh.positions)
+            n.number, n.loop, n.place = len(nodes), loop, len(nodes) - first
+            n.prev, n.next = n.number - 1, n.number + 1
+            nodes.append(n)
+            pixel = after.pop(pixel)
+        if len(nodes) > first:
+            nodes[first].prev, nodes[-1].next = len(nodes) - 1, first
+            loop += 1
 
 
 def main_diagonal(h, x, y):
@@ -933,7 +935,7 @@ class Gaps:
     def __init__(self, nodes, S, closed, seams, mesh):
         self.nodes, self.S, self.closed, self.seams, self.mesh = nodes, S, closed, seams, mesh
         self.at = 0
-        self.loops()
+        self.outward()
         self.partners()
         self.make_links()
         self.sort_slots()
@@ -951,18 +953,10 @@ class Gaps:
         a, b = self.nodes[a], self.nodes[b]
         return a.patch is b.patch and abs(a.pixel[0] - b.pixel[0]) <= 1 and abs(a.pixel[1] - b.pixel[1]) <= 1
 
-    def loops(self):  # 12.1
-        self.loop = []
-        for first in self.nodes:
-            if hasattr(first, 'loop'):
-                continue
-            members, v = [], first
-            while not hasattr(v, 'loop'):
-                v.loop, v.place = len(self.loop), len(members)
-                members.append(v.number)
-                v = self.nodes[v.next]
-            self.loop.append(members)
+    def outward(self):  # 12.1
+        self.loop_length = {}
         for v in self.nodes:
+            self.loop_length[v.loop] = v.place + 1
             v.outward = unit(cross(minus(self.nodes[v.next].position, self.nodes[v.prev].position), v.normal))
 
     def partners(self):  # 12.2, 12.3
@@ -977,11 +971,8 @@ class Gaps:
             if v.place % 3 == 0:
                 self.grid.setdefault(self.bucket(*(c >> self.g for c in v.position)), []).append(v.number)
         self.nearest, self.distance = {}, {}
-        for members in self.loop:
-            near = None
-            for v in members:
-                self.partner(v, near)
-                near = self.nearest[v]
+        for v in nodes:
+            self.partner(v.number, self.nearest[v.prev] if v.place > 0 else None)
 
     def bucket(self, X, Y, Z):
         return X + (Y * 19349663 ^ Z * 83492791) & self.buckets - 1
@@ -994,7 +985,7 @@ class Gaps:
             return None
         if nv.loop == nu.loop:
             k = abs(nv.place - nu.place)
-            if min(k, len(self.loop[nv.loop]) - k) < 5:
+            if min(k, self.loop_length[nv.loop] - k) < 5:
                 return None
         d = minus(nu.position, nv.position)
         length = root(d2) * 4096
@@ -1021,16 +1012,18 @@ class Gaps:
         self.best, self.found = d2, u
 
     def follow(self, v, start):
-        self.consider(v, start)
+        nearest = start
         for way in ('prev', 'next'):
             u, vain = start, 0
             for _ in range(16):
                 if vain == 2:
                     break
-                u = getattr(self.nodes[u], way)
-                found = self.found
-                self.consider(v, u)
-                vain = vain + 1 if self.found == found else 0
+                u, vain = getattr(self.nodes[u], way), vain + 1
+                if self.square(v, u) < self.square(v, nearest):
+                    nearest, vain = u, 0
+            if nearest != start:
+                break
+        self.consider(v, nearest)
 
     def cube(self, v, radius):
         low, high = ([c + s * radius >> self.g for c in self.nodes[v].position] for s in (-1, 1))
@@ -1054,7 +1047,8 @@ class Gaps:
         self.best, self.found, self.visits = most * most, None, 0
         if near is not None:
             self.follow(v, near)
-        if self.found is None or 16 * self.best > 9 * (spacing + self.nodes[self.found].spacing) ** 2:
+        if self.found is None or (16 * self.best > 9 * (spacing + self.nodes[self.found].spacing) ** 2
+                                  and self.nodes[v].place % 3 == 0):
             followed = self.found
             radius = 2 * spacing + 1 if followed is None else root(self.best) + 1
             while True:
@@ -1072,7 +1066,7 @@ class Gaps:
     def add_link(self, a, b, length, kind):  # 12.4
         if len(self.links) == 2 * len(self.nodes) or max(len(self.slots[a]), len(self.slots[b])) == 16:
             return
-        link = Link(a, b, min(65535, length * 4096 // (self.S + 1)), kind)
+        link = Link(a, b, min(255, length >> max(0, self.S.bit_length() - 4)), kind)
         self.links.append(link)
         self.slots[a].append(link)
         self.slots[b].append(link)
@@ -1121,7 +1115,7 @@ class Gaps:
         for v, slots in enumerate(self.slots):
             angles = {id(link): self.angle(v, link.other(v)) for link in slots}
             ordered = []
-            for link in slots:
+            for link in reversed(slots):
                 j = len(ordered)
                 while j > 0 and self.before(link.other(v), angles[id(link)], ordered[j - 1].other(v),
                                             angles[id(ordered[j - 1])]):
@@ -1142,7 +1136,7 @@ class Gaps:
         p, q = self.nodes[p], self.nodes[q]
         if p.loop != q.loop:
             return False
-        length = len(self.loop[p.loop])
+        length = self.loop_length[p.loop]
         k = (q.place - p.place) % length
         return k <= 16 and k < length // 2
 
@@ -1266,7 +1260,7 @@ class Gaps:
 
     def weigh(self, length, a, b, c):
         aligned = self.alignment(a, b, c)
-        cost = length * (40960 + 6 * (4096 - aligned)) // 10
+        cost = length * (4096 + 4 * (4096 - aligned))
         spacing = max(self.nodes[i].spacing for i in (a, b, c))
         return cost + 10 * spacing * (4096 - aligned) if aligned < 0 else cost
 
@@ -1289,9 +1283,9 @@ class Gaps:
         if len(q) == 3 and len(set(q)) == 3:
             self.triangle(*q)
             return
-        if 24 < len(q) <= 256:
+        if 12 < len(q) <= 256:
             self.ears(q)
-        if len(q) <= 24 and self.best_triangulation(q):
+        if len(q) <= 12 and self.best_triangulation(q):
             return
         middle = [quotient(sum(self.nodes[i].position[k] for i in q), len(q)) for k in range(3)]
         if len(set(q)) == len(q):
@@ -1309,7 +1303,7 @@ class Gaps:
                 return math.inf
             return self.weigh(self.dist(a, c), a, b, c)
         cost = [cost_at(i) for i in range(len(q))]
-        while len(q) > 24:
+        while len(q) > 12:
             best = cost.index(min(cost))
             if cost[best] == math.inf:
                 return
