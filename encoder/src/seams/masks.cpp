@@ -5,10 +5,8 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <unordered_set>
 
-#include "resample/elevation_map.h"
-#include "surface/half_edges.h"
+#include "seams/folds.h"
 #include "surface/weld.h"
 
 namespace relief {
@@ -17,7 +15,6 @@ namespace {
 constexpr double kFarStray = 64;    // spacings; how far away the next surface is looked for
 constexpr double kBridgeGain = 20;  // a piece is left away if that errs so many times less
 constexpr size_t kTinyPixels = 8;   // a piece as small as this is not made smaller
-const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 
 // The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
 // lie along the surface.
@@ -170,46 +167,6 @@ void mark_tangles(const DecodedMesh& decoded, std::vector<char>& unwanted) {
   }
 }
 
-// Places where the surface itself is folded: a set of cells of a grid.
-class Folds {
- public:
-  Folds(const Surface& s, double cell) : cell_(cell) {
-    for (size_t f = 0; f < s.faces.size(); f++)
-      for (size_t k = 0; k < 3; k++) {
-        const int g = s.adjacent[f][k];
-        if (g <= int(f) || s.normals[f].dot(s.normals[size_t(g)]) >= kFoldedCosine) continue;
-        for (size_t end : {k, (k + 1) % 3}) add(s.vertices[size_t(s.faces[f][end])]);
-      }
-  }
-  bool near(const Vec3& p) const { return cells_.count(key(index(p))) > 0; }
-
- private:
-  using Index = std::array<int64_t, 3>;
-  Index index(const Vec3& p) const {
-    return {int64_t(std::floor(p.x() / cell_)), int64_t(std::floor(p.y() / cell_)),
-            int64_t(std::floor(p.z() / cell_))};
-  }
-  static uint64_t key(const Index& i) {
-    return (uint64_t(i[0]) & 0x1fffff) << 42 | (uint64_t(i[1]) & 0x1fffff) << 21 |
-           (uint64_t(i[2]) & 0x1fffff);
-  }
-  void add(const Vec3& p) {
-    const Index i = index(p);
-    for (int64_t x = -1; x <= 1; x++)
-      for (int64_t y = -1; y <= 1; y++)
-        for (int64_t z = -1; z <= 1; z++) cells_.insert(key({i[0] + x, i[1] + y, i[2] + z}));
-  }
-  double cell_;
-  std::unordered_set<uint64_t> cells_;
-};
-
-Vec3 unit_normal(const DecodedMesh& d, const Ground& g, size_t t) {
-  const auto& [a, b, c] = d.mesh.triangles[t];
-  const Vec3 p = g.lattice(d.mesh.positions[a]);
-  const Vec3 n = (g.lattice(d.mesh.positions[b]) - p).cross(g.lattice(d.mesh.positions[c]) - p);
-  return n.squaredNorm() > 0 ? Vec3(n.normalized()) : n;
-}
-
 // How well a triangle faces the same way as the surface below its corners.
 double agreement(const DecodedMesh& d, const Ground& g, size_t t, const Vec3& normal) {
   double sum = 0;
@@ -237,78 +194,37 @@ uint32_t apex_of(const DecodedMesh& d, const Ground& g, size_t t) {
   return best;
 }
 
-int mark_folds(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
-  const size_t first = decoded.patch_triangles();
-  if (first == decoded.mesh.triangles.size() || ground.spacing.empty()) return 0;
-  const Folds there(ground.surface, *std::min_element(ground.spacing.begin(), ground.spacing.end()) / 2);
-  int folds = 0;
-  for_each_edge(decoded.mesh.triangles, decoded.mesh.positions.size(), [&](std::span<const uint32_t> edge) {
-    if (edge.size() != 2 || std::max(edge[0], edge[1]) / 3 < first) return;
-    const size_t t = edge[0] / 3, u = edge[1] / 3;
-    const Vec3 m = unit_normal(decoded, ground, t), n = unit_normal(decoded, ground, u);
-    if (m.dot(n) >= kFoldedCosine) return;
-    const uint32_t from = from_vertex(decoded.mesh.triangles, edge[0]);
-    if (there.near(ground.lattice(decoded.mesh.positions[from]))) return;
-    folds++;
-    const size_t worse = agreement(decoded, ground, t, m) < agreement(decoded, ground, u, n) ? t : u;
-    const uint32_t v = apex_of(decoded, ground, worse);
+void mark_folds(const DecodedMesh& decoded, const Ground& ground, const std::vector<Fold>& folds,
+                std::vector<char>& unwanted) {
+  for (const Fold& f : folds) {
+    auto agrees = [&](uint32_t t) { return agreement(decoded, ground, t, unit_normal(decoded, ground, t)); };
+    const bool first = agrees(f.triangle[0]) < agrees(f.triangle[1]);
+    const uint32_t v = apex_of(decoded, ground, f.triangle[first ? 0 : 1]);
     if (v < unwanted.size()) unwanted[v] = 1;
-  });
-  return folds;
+  }
 }
 
 }  // namespace
 
-std::vector<char> unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                                  const GapError& error, bool needful, MaskFaults& faults) {
-  std::vector<char> unwanted(ground.pixel.size(), 0), folded(unwanted);
-  faults.folds = mark_folds(decoded, ground, folded);
-  if (!needful) {
-    unwanted = std::move(folded);
-    mark_tangles(decoded, unwanted);
-  }
-  faults.coincident = mark_coincident(decoded, ground, unwanted);
-  for (size_t v = 0; v < unwanted.size(); v++)
-    if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) unwanted[v] = 0;
+UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
+                               const GapError& error, MaskFaults& faults) {
+  std::vector<char> wished(ground.pixel.size(), 0), needful(wished);
+  faults.folds = FoldFinder(decoded, ground).find(decoded);
+  mark_folds(decoded, ground, faults.folds, wished);
+  mark_tangles(decoded, wished);
+  faults.coincident = mark_coincident(decoded, ground, needful);
+  for (size_t v = 0; v < wished.size(); v++)
+    if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) wished[v] = needful[v] = 0;
   const std::vector<double> area = area_of_pixels(decoded, ground, error);
-  mark_strays(decoded, ground, pieces, area, unwanted, faults.lost);
-  mark_bridged(decoded, ground, pieces, error, area, unwanted, faults.lost);
+  mark_strays(decoded, ground, pieces, area, needful, faults.lost);
+  mark_bridged(decoded, ground, pieces, error, area, needful, faults.lost);
+  UnwantedPixels unwanted;
+  for (uint32_t v = 0; v < wished.size(); v++)
+    if (needful[v])
+      unwanted.needful.push_back(v);
+    else if (wished[v])
+      unwanted.wished.push_back(v);
   return unwanted;
-}
-
-bool remove_pixels(const std::vector<char>& unwanted, std::vector<CodedPatch>& patches,
-                   std::vector<int>& patch_number, std::list<CleanedPatch>& storage) {
-  bool changed = false;
-  size_t vertex = 0;  // the decoder numbers the pixels of all masks in order
-  std::vector<CodedPatch> kept;
-  std::vector<int> number(patches.size(), -1);
-  for (size_t p = 0; p < patches.size(); p++) {
-    CodedPatch patch = patches[p];
-    ElevationMap map;
-    map.width = patch.header.width, map.height = patch.header.height;
-    map.mask.assign(patch.mask, patch.mask + size_t(map.width) * map.height);
-    bool touched = false;
-    for (uint8_t& m : map.mask)
-      if (m && unwanted[vertex++]) m = 0, touched = true;
-    if (touched) {
-      drop_unmeshable(map);
-      changed = true;
-      if (map.pixels) {
-        storage.push_back({std::move(map.mask), {}});
-        storage.back().image = forward_wavelet(map.width, map.height, storage.back().mask.data(), patch.z);
-        patch.mask = storage.back().mask.data();
-        patch.image = &storage.back().image;
-      }
-    }
-    if (touched && !map.pixels) continue;
-    number[p] = int(kept.size());
-    kept.push_back(patch);
-  }
-  if (!changed || kept.empty()) return false;
-  for (int& n : patch_number)
-    if (n >= 0) n = number[size_t(n)];
-  patches = std::move(kept);
-  return true;
 }
 
 }  // namespace relief

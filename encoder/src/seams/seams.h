@@ -1,10 +1,9 @@
 // What the encoder learns by decoding its own stream: which faces between patches are real holes of the
 // surface, which links between patches are wrong or missing, and which pixels spoil the seams.
 #pragma once
-#include <list>
-
 #include "measure/topology.h"
 #include "resample/cliffs.h"
+#include "seams/mask_edits.h"
 #include "seams/masks.h"
 #include "surface/border.h"
 
@@ -29,8 +28,8 @@ struct FoundSeams {
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough);
 
-// Decodes and takes out of the masks what spoils the seams, at most so many times over; then what must not
-// stay. See unwanted_pixels.
+// Decodes and takes out of the masks what spoils the seams, at most so many times over, and puts back what did
+// no good; then takes out what must not stay. See unwanted_pixels.
 void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
                 int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
                 QuantisedImages& quantised);
