@@ -115,11 +115,12 @@ class Search {
         change_patches(std::move(others), y);
         continue;
       }
-      double next = now_.bracket.next(x_, y);
-      if (is_split() && now_.least_cost > whole_->least_cost + kHarm) {
+      if (is_split() && now_.least_cost > whole_->least_cost + harm()) {
         take_back();
-        next = now_.bracket.next(now_.best_x, now_.best_y);
+        x_ = now_.bracket.next(now_.best_x, now_.best_y);
+        continue;
       }
+      const double next = now_.bracket.next(x_, y);
       if (std::fabs(now_.best_y) < near || next == x_) break;
       x_ = next;
     }
@@ -129,8 +130,10 @@ class Search {
   }
 
  private:
-  static constexpr double kHarm = 0.5;  // of costs
   bool is_split() const { return whole_.has_value(); }
+
+  // By how much costs may be higher than before the split: less once there is no other split to try.
+  double harm() const { return looks_ < m_.effort.looks ? 0.5 : 0.03; }
 
   // Patches for what this trial misses, if it is time to look for that: once, and again while it did not
   // help.
