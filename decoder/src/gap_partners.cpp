@@ -136,8 +136,8 @@ void follow_border(const Gaps& g, uint32_t v, uint32_t near, Search& s) {
   consider(g, v, nearest, best, s);
 }
 
-// near: the partner of the node before along the border, or kNone. Within one and a half mean spacings its
-// border is followed; further away another border may be nearer.
+// near: the partner of the node before along the border, or kNone. Its border is followed; where that is more
+// than one and a half mean spacings away another one may be nearer: one node in kThinning looks.
 void find_partner(Gaps& g, uint32_t v, uint32_t near) {
   const int64_t most = reach_of(g.n[v].spacing, g.options.spacing) + 1, spacing = g.n[v].spacing;
   Search s = {most * most, kNone, 0};
