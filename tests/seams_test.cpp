@@ -65,7 +65,7 @@ TEST(Folds, AreThoseOfTheMesh) {
     const Surface surface = build_surface(mesh);
     const Ground ground = {surface, {}, {}, {1e-6 / surface.scale}};
     const DecodedMesh plain = decoder.close({});
-    const FoldFinder finder(plain, ground);
+    const FoldFinder finder(plain, ground, folded_vertices(surface));
     for (uint32_t every : {2u, 3u, 5u}) {
       Seams seams;
       for (uint32_t l = 0; l < plain.links.size(); l += every) seams.dropped_links.push_back(l);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "seams/folds.h"
+
 namespace relief {
 namespace {
 
@@ -139,6 +141,7 @@ void prepare(Job& m, Stopwatch& watch) {
   m.topology = topology(in_model_units(m.surface));
   m.border = border_of(m.surface, kBorderReach * m.spacing, m.points ? kPointHole * m.spacing : 0);
   m.topology.boundary_loops = m.border.loops.size();
+  m.folded = folded_vertices(m.surface);
   watch.lap("surface");
   if (!m.surface.bulge.empty())
     m.measured = curved_mesh(m.surface);

@@ -37,7 +37,6 @@ Eigen::Vector3d unit_normal(const TriangleMesh& mesh, const std::array<uint32_t,
 // Pairs half-edges that run opposite ways along an edge of two triangles, and counts the edges of every kind.
 std::vector<uint32_t> match_and_count(const TriangleMesh& mesh, const Triangles& triangles, Topology& result,
                                       std::vector<char>& open) {
-  const double kFlippedCosine = std::cos(150 * 3.14159265358979323846 / 180);
   std::vector<uint32_t> opposite(triangles.size() * 3, kNoHalfEdge);
   Sets components(triangles.size());
   uint64_t edges = 0;

@@ -1,10 +1,14 @@
 // Counts that say whether a mesh is closed, manifold and oriented.
 #pragma once
+#include <cmath>
 #include <cstdint>
 
 #include "relief/encoder.h"
 
 namespace relief {
+
+// Neighbours are flipped if their normals are more than 150 degrees apart.
+inline const double kFlippedCosine = std::cos(150 * M_PI / 180);
 
 struct Topology {
   uint64_t vertices = 0, triangles = 0;  // vertices used by a triangle
@@ -15,7 +19,7 @@ struct Topology {
   uint64_t boundary_loops = 0;           // closed chains of open edges
   int64_t euler = 0;                     // V - E + F
   int64_t genus = 0;                     // sum over components of (2 - chi - loops) / 2; -1 if not manifold
-  uint64_t flipped = 0;                  // pairs of neighbours whose normals are more than 150 degrees apart
+  uint64_t flipped = 0;                  // pairs of neighbours, see kFlippedCosine
 };
 
 // by_position: vertices of equal position are one vertex (for files that split vertices by normal)

@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "measure/topology.h"
 #include "surface/half_edges.h"
 
 namespace relief {
 namespace {
-
-const double kFoldedCosine = std::cos(150 * M_PI / 180);  // as relief compare counts them
 
 std::array<int64_t, 3> cell_at(const Vec3& p, double size) {
   return {int64_t(std::floor(p.x() / size)), int64_t(std::floor(p.y() / size)),
@@ -31,16 +30,22 @@ Vec3 unit_normal(const DecodedMesh& d, const Ground& g, size_t triangle) {
   return n.squaredNorm() > 0 ? Vec3(n.normalized()) : n;
 }
 
-FoldFinder::FoldFinder(const DecodedMesh& decoded, const Ground& ground) : ground_(ground) {
-  if (ground.spacing.empty()) return;
-  cell_ = *std::min_element(ground.spacing.begin(), ground.spacing.end()) / 2;
-  const Surface& s = ground.surface;
+std::vector<Vec3> folded_vertices(const Surface& s) {
+  std::vector<Vec3> folded;
   for (size_t f = 0; f < s.faces.size(); f++)
     for (size_t k = 0; k < 3; k++) {
       const int g = s.adjacent[f][k];
-      if (g <= int(f) || s.normals[f].dot(s.normals[size_t(g)]) >= kFoldedCosine) continue;
-      for (size_t end : {k, (k + 1) % 3}) add_surface_fold(s.vertices[size_t(s.faces[f][end])]);
+      if (g <= int(f) || s.normals[f].dot(s.normals[size_t(g)]) >= kFlippedCosine) continue;
+      for (size_t end : {k, (k + 1) % 3}) folded.push_back(s.vertices[size_t(s.faces[f][end])]);
     }
+  return folded;
+}
+
+FoldFinder::FoldFinder(const DecodedMesh& decoded, const Ground& ground, const std::vector<Vec3>& folded)
+    : ground_(ground) {
+  if (ground.spacing.empty()) return;
+  cell_ = *std::min_element(ground.spacing.begin(), ground.spacing.end()) / 2;
+  for (const Vec3& p : folded) add_surface_fold(p);
   std::vector<char> on_border(decoded.mesh.positions.size(), 0);
   for (uint32_t v : decoded.nodes) on_border[v] = 1;
   for (uint32_t t = 0; t < decoded.patch_triangles(); t++)
@@ -77,7 +82,7 @@ std::vector<Fold> FoldFinder::find(const DecodedMesh& d) const {
     } else {
       u = first + edge[1] / 3;
     }
-    if (unit_normal(d, ground_, t).dot(unit_normal(d, ground_, u)) >= kFoldedCosine) return;
+    if (unit_normal(d, ground_, t).dot(unit_normal(d, ground_, u)) >= kFlippedCosine) return;
     if (!in_surface(ground_.lattice(d.mesh.positions[from]))) folds.push_back({{t, u}, {from, to}});
   });
   return folds;

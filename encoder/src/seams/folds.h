@@ -7,7 +7,10 @@
 
 namespace relief {
 
-// Two neighbouring triangles, one at least between patches, whose normals are more than 150 degrees apart.
+// Vertices where the surface itself is folded.
+std::vector<Vec3> folded_vertices(const Surface& surface);
+
+// Two neighbouring triangles, one at least between patches, that are flipped (measure/topology.h).
 struct Fold {
   std::array<uint32_t, 2> triangle;  // of the mesh
   std::array<uint32_t, 2> end;       // of their edge: vertices
@@ -15,7 +18,8 @@ struct Fold {
 
 class FoldFinder {
  public:
-  FoldFinder(const DecodedMesh& decoded, const Ground& ground);  // of these patches, with any seams
+  // decoded: of these patches, with any seams; folded: of the surface
+  FoldFinder(const DecodedMesh& decoded, const Ground& ground, const std::vector<Vec3>& folded);
   std::vector<Fold> find(const DecodedMesh& decoded) const;
 
  private:

@@ -207,10 +207,9 @@ void mark_folds(const DecodedMesh& decoded, const Ground& ground, const std::vec
 }  // namespace
 
 UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                               const GapError& error, MaskFaults& faults) {
+                               const GapError& error, const std::vector<Fold>& folds, MaskFaults& faults) {
   std::vector<char> wished(ground.pixel.size(), 0), needful(wished);
-  faults.folds = FoldFinder(decoded, ground).find(decoded);
-  mark_folds(decoded, ground, faults.folds, wished);
+  mark_folds(decoded, ground, folds, wished);
   mark_tangles(decoded, wished);
   faults.coincident = mark_coincident(decoded, ground, needful);
   for (size_t v = 0; v < wished.size(); v++)

@@ -6,7 +6,6 @@
 namespace relief {
 
 struct MaskFaults {
-  std::vector<Fold> folds;
   int coincident = 0;  // pixels at another one's point
   double lost = 0;     // what leaving pieces away costs, squared distance times area; summed up
 };
@@ -23,6 +22,6 @@ struct UnwantedPixels {
   std::vector<uint32_t> wished;
 };
 UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                               const GapError& error, MaskFaults& faults);
+                               const GapError& error, const std::vector<Fold>& folds, MaskFaults& faults);
 
 }  // namespace relief

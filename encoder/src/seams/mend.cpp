@@ -103,15 +103,16 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     add_handles(in, a);
     const double lost_before = faults.lost;
     const GapError error = error_of(in, a);
-    const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, faults);
+    const std::vector<Fold> folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded);
+    const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
-    const double score = 10 * a.mismatch + kFoldScore * double(faults.folds.size()) + count +
+    const double score = 10 * a.mismatch + kFoldScore * double(folds.size()) + count +
                          kCoincidentScore * faults.coincident + (error.sum + lost_before) / unit;
     if (score < best.score)
       best = {edits.patches(), edits.number(), score}, vain = 0;
     else
       vain++;
-    const Faults now(in, a, error, faults.folds, unit);
+    const Faults now(in, a, error, folds, unit);
     for (const Cluster& c : taken)
       if (now.around(c) > c.score)
         for (const Pixel& p : c.pixels) edits.put_back(p);

@@ -14,6 +14,7 @@ struct SeamsInput {
   Topology topology;  // of the surface
   DistanceToSurface distance;
   const SurfaceBorder& border;
+  const std::vector<Vec3>& folded;  // its vertices where it is folded
   int face_trials;  // decodings, at most, to find links for the worst faces between patches
 };
 

@@ -21,7 +21,7 @@ struct Without {
 class Unfolding {
  public:
   Unfolding(const SeamContext& in, Attempt& best)
-      : in_(in), best_(best), finder_(in.plain, in.ground), links_(in.ground.pixel.size()),
+      : in_(in), best_(best), finder_(in.plain, in.ground, in.folded), links_(in.ground.pixel.size()),
         tried_(in.plain.links.size(), 0) {
     for (uint32_t l = 0; l < in.plain.links.size(); l++)
       for (uint32_t node : in.plain.links[l]) links_[in.plain.nodes[node]].push_back(l);
