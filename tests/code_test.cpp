@@ -20,6 +20,7 @@
 #include "mask.h"
 #include "patch_table.h"
 #include "resample/elevation_map.h"
+#include "restore.h"
 #include "span_context.h"
 
 namespace relief {
@@ -401,6 +402,22 @@ std::vector<float> random_heights(Random& random, const Picture& p, double ampli
   return z;
 }
 
+// Coefficients rounded to the bands' steps.
+std::vector<int32_t> rounded(const WaveletImage& image, float step) {
+  std::vector<int32_t> q(image.pyramid.size, 0);
+  auto fill = [&](const Band& b, float s) {
+    for (uint32_t y = 0; y < b.height; y++)
+      for (uint32_t x = 0; x < b.width; x++) {
+        const size_t i = b.at(x, y);
+        q[i] = image.mask[i] ? int32_t(std::lround(image.value[i] / s)) : 0;
+      }
+  };
+  fill(image.pyramid.low[kLevels], step);
+  for (int l = 0; l < kLevels; l++)
+    for (int t = 0; t < 3; t++) fill(image.pyramid.high[l][t], step * band_step(l, t));
+  return q;
+}
+
 // Whole numbers come back to within rounding: quantise with a step so fine that the planes' integers hold
 // everything.
 TEST(Wavelet, InverseOfForwardOnAnyMask) {
@@ -410,17 +427,7 @@ TEST(Wavelet, InverseOfForwardOnAnyMask) {
     const std::vector<float> z = random_heights(random, p, amplitude);
     const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
     const float step = 0.01f;
-    std::vector<int32_t> q(image.pyramid.size, 0);
-    auto fill = [&](const Band& b, float s) {
-      for (uint32_t y = 0; y < b.height; y++)
-        for (uint32_t x = 0; x < b.width; x++) {
-          const size_t i = b.at(x, y);
-          q[i] = image.mask[i] ? int32_t(std::lround(image.value[i] / s)) : 0;
-        }
-    };
-    fill(image.pyramid.low[kLevels], step);
-    for (int l = 0; l < kLevels; l++)
-      for (int t = 0; t < 3; t++) fill(image.pyramid.high[l][t], step * band_step(l, t));
+    const std::vector<int32_t> q = rounded(image, step);
     std::vector<float> scratch(wavelet_scratch(p.w, p.h));
     const float* back = inverse_wavelet(image.pyramid, q.data(), image.mask.data(), step, scratch.data());
     for (size_t i = 0; i < z.size(); i++)
@@ -429,6 +436,54 @@ TEST(Wavelet, InverseOfForwardOnAnyMask) {
             << p.w << " x " << p.h << " at " << i % p.w << ", " << i / p.w;
       }
   }
+}
+
+// What is smooth comes nearer to what it was before quantisation, inside and along the mask's edge alike, and
+// nothing moves farther than the limits.
+TEST(Restoration, TakesNoiseOfQuantisationAway) {
+  Random random(13);
+  constexpr float kStep = 1;
+  double before[2] = {0, 0}, after[2] = {0, 0};  // squared error inside, at the edge
+  for (const Picture& p : random_pictures(random)) {
+    std::vector<float> z(p.mask.size());
+    for (uint32_t i = 0; i < z.size(); i++)
+      z[i] = float(20 * std::sin(0.2 * (i % p.w)) * std::cos(0.15 * (i / p.w)));
+    const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
+    const std::vector<int32_t> q = rounded(image, kStep);
+    std::vector<float> scratch(wavelet_scratch(p.w, p.h)), restored(z.size() + kBlock);
+    const float* noisy =
+        inverse_wavelet(image.pyramid, q.data(), image.mask.data(), kStep, scratch.data());
+    restore(image.pyramid, image.mask.data(), noisy, kStep, restored.data());
+    const Band& b = image.pyramid.low[0];
+    for (uint32_t i = 0; i < z.size(); i++) {
+      if (!p.mask[i]) continue;
+      const uint8_t* const m = &image.mask[b.at(i % p.w, i / p.w)];
+      const bool edge = !(m[-1] & m[1] & m[-ptrdiff_t(b.stride)] & m[b.stride]);
+      before[edge] += std::pow(noisy[i] - z[i], 2);
+      after[edge] += std::pow(restored[i] - z[i], 2);
+      ASSERT_LE(std::fabs(restored[i] - noisy[i]), 4 * kRestoreLimit * kStep + 1e-5);
+    }
+  }
+  std::printf("squared error inside: %.2f of what it was, at the edge: %.2f\n", after[0] / before[0],
+              after[1] / before[1]);
+  EXPECT_LT(after[0], 0.9 * before[0]);
+  EXPECT_LT(after[1], 0.95 * before[1]);
+}
+
+TEST(Restoration, LeavesCubicsAlone) {
+  const uint32_t w = 21, h = 17;
+  const Pyramid y = pyramid_of(w, h);
+  std::vector<uint8_t> mask(y.size, 0);
+  const size_t slack = kMargin + kBlock;
+  std::vector<float> z(w * h + 2 * slack), restored(w * h + slack);
+  for (uint32_t v = 0; v < h; v++)
+    for (uint32_t u = 0; u < w; u++) {
+      mask[y.low[0].at(u, v)] = 1;
+      z[slack + v * w + u] = float(u * u * u) - 3 * float(u * u) + float(v * v * v) + 2 * float(u * v);
+    }
+  restore(y, mask.data(), z.data() + slack, 1000, restored.data());
+  for (uint32_t v = 2; v + 2 < h; v++)
+    for (uint32_t u = 2; u + 2 < w; u++) ASSERT_EQ(restored[v * w + u], z[slack + v * w + u]);
 }
 
 // Every pixel has one coefficient (the transform is critically sampled).

@@ -834,43 +834,37 @@ TEST(Hostile, ExtremeValuesInEveryField) {
   }
 }
 
-// Changes 1 to 4 bytes, each to any value.
-std::vector<uint8_t> mutated(const std::vector<uint8_t>& s, std::mt19937& random) {
+// Changes 1 to 4 bytes from `begin` to `end`, each to any value.
+std::vector<uint8_t> mutated(const std::vector<uint8_t>& s, size_t begin, size_t end, std::mt19937& random) {
   std::vector<uint8_t> m = s;
-  for (uint32_t n = 1 + random() % 4; n > 0; n--) m[random() % m.size()] = uint8_t(random());
+  for (uint32_t n = 1 + random() % 4; n > 0; n--) m[begin + random() % (end - begin)] = uint8_t(random());
   return m;
 }
 
-// Of 100,000 damaged streams. Two thirds of the changes hit the coefficients if the whole stream is open to
-// them, so half of the rounds keep to header, table and masks.
-void mutate(const char* name, int rounds) {
+// Of 100,000 damaged streams. A third of the rounds keep to header, table and masks, which mostly end at a check,
+// a third to what comes behind. least: how many of the streams have to decode.
+void mutate(const char* name, int rounds, int least) {
   const std::vector<uint8_t>& s = golden(name).stream;
   const uint32_t masks_end = decode_bytes(s).info.masks_end;
   std::mt19937 random(12345);
   std::map<relief_status, int> seen;
   for (int i = 0; i < rounds; i++) {
-    std::vector<uint8_t> bytes = s;
-    if (i % 2) {
-      const std::vector<uint8_t> head(s.begin(), s.begin() + masks_end);
-      const std::vector<uint8_t> m = mutated(head, random);
-      std::copy(m.begin(), m.end(), bytes.begin());
-    } else {
-      bytes = mutated(s, random);
-    }
+    const std::vector<uint8_t> bytes =
+        mutated(s, i % 3 == 2 ? masks_end : 0, i % 3 == 1 ? masks_end : s.size(), random);
     seen[expect_error_or_good_mesh(bytes, std::string(name) + ", change " + std::to_string(i))]++;
     if (::testing::Test::HasFailure()) return;
   }
   std::printf("%s: %d of %d decode, each to a manifold mesh\n", name, seen[RELIEF_OK], rounds);
   // the test reaches behind the first checks
-  EXPECT_GT(seen[RELIEF_OK], rounds / 20);
-  EXPECT_GT(seen[RELIEF_ERROR_CORRUPT], rounds / 20);
+  EXPECT_GE(seen[RELIEF_OK], least);
+  EXPECT_GT(seen[RELIEF_ERROR_CORRUPT], rounds / 10);
 }
 
-TEST(Hostile, RandomChangesOfOnePatch) { mutate("one-patch", 60000); }
-TEST(Hostile, RandomChangesOfATorus) { mutate("torus", 20000); }
-TEST(Hostile, RandomChangesOfAHemisphere) { mutate("hemisphere", 15000); }
-TEST(Hostile, RandomChangesOfColours) { mutate("coloured-torus", 5000); }
-TEST(Hostile, RandomChangesOfTwoSpheres) { mutate("nested-spheres", 5000); }
+TEST(Hostile, RandomChangesOfOnePatch) { mutate("one-patch", 45000, 20000); }
+TEST(Hostile, RandomChangesOfATorus) { mutate("torus", 30000, 1000); }
+TEST(Hostile, RandomChangesOfAHemisphere) { mutate("hemisphere", 15000, 5000); }
+TEST(Hostile, RandomChangesOfColours) { mutate("coloured-torus", 5000, 1000); }
+TEST(Hostile, RandomChangesOfTwoSpheres) { mutate("nested-spheres", 5000, 1000); }
 
 uint32_t seam_bytes(const std::vector<uint8_t>& stream) {
   Parsed parsed;
@@ -1069,6 +1063,11 @@ TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
       leaves.lift_row({row, row - kMost, row + kMost, row - 3 * kMost, row + 3 * kMost, &mask[middle], kMost},
                       0.443f, round & 1, blocks);
       leaves.inverse_row(&mask[middle], n, &rows[5 * kMost], &rows[6 * kMost], &rows[7 * kMost]);
+      std::vector<float> restored(kMost + kBlock);
+      const float* const z = &values[middle];
+      leaves.restore_row({z, z - 2 * kMost, z - kMost, z + kMost, z + 2 * kMost, kMost, &mask[middle], kMost},
+                         50, restored.data(), n);
+      for (uint32_t i = 0; i < n; i++) out.push_back(mask[middle + i] ? restored[i] : 0);
       leaves.normalise(&rows[0], n / 3);
       std::vector<float> box(6);
       leaves.bounds(&values[3], n, &box[0], &box[3]);

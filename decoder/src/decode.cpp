@@ -9,6 +9,7 @@
 #include "normals.h"
 #include "output.h"
 #include "planes.h"
+#include "restore.h"
 #include "smooth.h"
 #include "stage.h"
 #include "wavelet.h"
@@ -151,7 +152,14 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   if (colors) make_colour_images(open.parsed, w.planes, i, w.colours, w.scratch, leaves);
   const float* z = inverse_wavelet(p, w.planes.q + w.planes.begin[i], mask, step, w.scratch, leaves, level);
   const Band& low = p.low[level];
-  if (level > 0) tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
+  if (level > 0) {
+    tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
+  } else {
+    // where the wavelet had its halves, which take as much
+    float* const restored = w.scratch + size_t(low.width) * low.height + 2 * kMargin;
+    restore(p, mask, z, step, restored, leaves);
+    z = restored;
+  }
   stage_done(Stage::kWavelet);
   const MeshWriter before = open.mesh;
   const uint32_t nodes = w.nodes.count, loops = w.nodes.loop_count, components = open.components;

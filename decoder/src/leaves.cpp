@@ -1,6 +1,7 @@
 #include "leaves.h"
 
 #include "diagonal.h"
+#include "restore.h"
 #include "runs.h"
 #include "wavelet.h"
 

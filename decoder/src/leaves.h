@@ -34,6 +34,15 @@ struct LiftedRow {
   ptrdiff_t stride;
 };
 
+// A row of elevations, those around it, and its mask, each `stride` from row to row. Where a row is beyond the
+// patch, its mask is zero and its values may be any row.
+struct RestoredRow {
+  const float *values, *up2, *up, *down, *down2;
+  ptrdiff_t stride;
+  const uint8_t* mask;
+  ptrdiff_t mask_stride;
+};
+
 // A row of a patch in space: position = (origin + x * along) + z * normal, lattice units; x goes by 2^level.
 struct RowFrame {
   float origin[3], along[3], normal[3];
@@ -85,6 +94,10 @@ struct Leaves {
 
   // Joins a row's low and high halves (both are overwritten) into `out`, segment by segment of the mask.
   void (*inverse_row)(const uint8_t* mask, uint32_t width, float* low, float* high, float* out);
+
+  // A row of elevations with its restoration, see restore.h. Reads kMargin values before the row and
+  // writes up to the end of the last block of kBlock.
+  void (*restore_row)(const RestoredRow& row, float limit, float* out, uint32_t n);
 
   // out[i] = to_lattice(z[i])
   void (*heights)(const float* z, int32_t* out, uint32_t n);

@@ -728,7 +728,45 @@ def merged(low, high, mask):
 
 
 def heights(patch, level):
-    return inverse(patch, patch.step, level)
+    z = inverse(patch, patch.step, level)
+    return z if level else restored(patch, z)
+
+
+def at_most(m, limit):
+    m = m if m > -limit else -limit
+    return m if m < limit else limit
+
+
+def move(z, limit, a, b):
+    """a, b: up to three samples from z on, None where they are not in the mask."""
+    if a[0] is None:
+        a, b = b, a
+    if a[0] is not None and b[0] is not None:
+        if a[1] is None:
+            a, b = b, a
+        if a[1] is None:
+            return 0.0
+        if b[1] is not None:
+            inner = f32(f32(f32(a[0] + b[0]) * 4) - f32(a[1] + b[1]))
+            return at_most(f32(f32(inner - f32(z * 6)) * 0.125), limit)
+        inner = f32(f32(b[0] + f32(a[0] * 3)) - a[1])
+        return at_most(f32(f32(inner - f32(z * 3)) * f32(1 / 6)), f32(limit * 2))
+    if None in a:
+        return 0.0
+    return at_most(f32(f32(f32(f32(a[0] - a[1]) * 3) + a[2]) - z), limit)
+
+
+def restored(patch, z):
+    mask, limit = patch.mask['low', 0], f32(f32(0.11) * patch.step)
+    out = [row[:] for row in z]
+    for y in range(mask.height):
+        for x in range(mask.width):
+            if mask(x, y):
+                def line(dx, dy):
+                    return [z[y + k * dy][x + k * dx] if mask(x + k * dx, y + k * dy) else None for k in (1, 2, 3)]
+                out[y][x] = f32(z[y][x] + f32(move(z[y][x], limit, line(-1, 0), line(1, 0)) +
+                                              move(z[y][x], limit, line(0, -1), line(0, 1))))
+    return out
 
 
 def inverse(patch, D, level):
