@@ -5,7 +5,7 @@
 namespace relief {
 
 // Of the logarithm of error or bytes over that of lambda, as a rule.
-constexpr double kUsualSlope = 0.27;
+constexpr double kUsualSlope = 0.31;
 
 // Settles what the nearest trial of a search was made of. Where sampling alone errs too much, no step helps:
 // then with another lambda. met: whether a trial of the search met the target; then whether this one does.

@@ -74,8 +74,8 @@ Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch) {
   return trial;
 }
 
-double measure(const Job& m, const Trial& trial, Stopwatch& watch) {
-  const double error = m.meter->relative_rms(trial.mesh);
+double measure(const Job& m, const Trial& trial, size_t share, Stopwatch& watch) {
+  const double error = m.meter->relative_rms(trial.mesh, share);
   watch.lap("measure");
   return error;
 }

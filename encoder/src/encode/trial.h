@@ -42,7 +42,8 @@ void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch);
 // Without its error. thorough: the last word on a stream, see find_seams.
 Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);
 
-double measure(const Job& m, const Trial& trial, Stopwatch& watch);
+// share: one in so many of the samples is taken.
+double measure(const Job& m, const Trial& trial, size_t share, Stopwatch& watch);
 
 // Whether it has the pieces and the boundary loops of the surface, and no two vertices at one place: those
 // are one to many programs, and the result no manifold.

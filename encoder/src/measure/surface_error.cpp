@@ -187,36 +187,64 @@ std::vector<double> coarse_pilot(const SearchMesh& from, const SearchMesh& to, s
   return result;
 }
 
+// Squared distances of a mesh's positions, kept to save the time for those of the next mesh that are much the
+// same.
+struct KnownPositions {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> squares;
+  double much_the_same = 0;  // distance
+};
+
+void bring_up_to_date(KnownPositions& known, const SearchMesh& from, const SearchMesh& to) {
+  const std::vector<Eigen::Vector3d>& points = from.positions();
+  const size_t before = std::min(known.points.size(), points.size());
+  known.points.resize(points.size());
+  known.squares.resize(points.size());
+  std::vector<size_t> others;
+  std::vector<Eigen::Vector3d> moved;
+  for (size_t i = 0; i < points.size(); i++)
+    if (i >= before || (points[i] - known.points[i]).norm() >= known.much_the_same)
+      others.push_back(i), moved.push_back(points[i]);
+  const std::vector<double> squares = squared_distances(moved, to);
+  for (size_t k = 0; k < others.size(); k++)
+    known.points[others[k]] = moved[k], known.squares[others[k]] = squares[k];
+}
+
 // Squared distances of a triangle's corners, and of the middles of those that are large: faces across what is
 // open have their corners on the surface.
-std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to) {
+std::vector<double> pilot(const SearchMesh& from, const SearchMesh& to, const std::vector<double>& corners) {
   constexpr double kLarge = 2;  // times the mean area
-  std::vector<Eigen::Vector3d> points = from.positions();
-  const size_t corners = points.size();
+  const std::vector<Eigen::Vector3d>& points = from.positions();
+  std::vector<Eigen::Vector3d> middles;
   double mean = 0;
   for (double area : from.areas()) mean += area / double(from.areas().size());
   std::vector<uint32_t> large;
   for (uint32_t t = 0; t < from.triangles().size(); t++)
     if (from.areas()[t] > kLarge * mean) {
       const auto& [a, b, c] = from.triangles()[t];
-      points.push_back((points[a] + points[b] + points[c]) / 3);
+      middles.push_back((points[a] + points[b] + points[c]) / 3);
       large.push_back(t);
     }
-  const std::vector<double> squares = squared_distances(points, to);
+  const std::vector<double> squares = squared_distances(middles, to);
   std::vector<double> result;
-  for (const auto& [a, b, c] : from.triangles()) result.push_back((squares[a] + squares[b] + squares[c]) / 3);
-  for (size_t i = 0; i < large.size(); i++)
-    result[large[i]] = 0.5 * (result[large[i]] + squares[corners + i]);
+  for (const auto& [a, b, c] : from.triangles()) result.push_back((corners[a] + corners[b] + corners[c]) / 3);
+  for (size_t i = 0; i < large.size(); i++) result[large[i]] = 0.5 * (result[large[i]] + squares[i]);
   return result;
 }
 
 // Few triangles carry much of the error: half of the samples go where a look at triangles' corners finds it
 // (importance sampling with a defensive mixture, Hesterberg 1995), so that the same number errs several times
-// less.
-std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
+// less. known: is used and brought up to date, but for very large meshes.
+std::vector<double> importance(const SearchMesh& from, const SearchMesh& to, KnownPositions& known) {
   constexpr size_t kMostLooks = 1 << 21;
   const size_t stride = (from.triangles().size() + kMostLooks - 1) / kMostLooks;
-  std::vector<double> weight = stride > 1 ? coarse_pilot(from, to, stride) : pilot(from, to);
+  std::vector<double> weight;
+  if (stride > 1) {
+    weight = coarse_pilot(from, to, stride);
+  } else {
+    bring_up_to_date(known, from, to);
+    weight = pilot(from, to, known.squares);
+  }
   double sum = 0, area = 0;
   for (uint32_t t = 0; t < weight.size(); t++) {
     sum += from.areas()[t] * weight[t];
@@ -227,8 +255,14 @@ std::vector<double> importance(const SearchMesh& from, const SearchMesh& to) {
 }
 
 // Samples of one surface, more where it is far from the other.
+std::vector<SurfaceSample> samples_for(const SearchMesh& from, const SearchMesh& to, size_t count,
+                                       KnownPositions& known) {
+  return sample_surface(from.positions(), from.triangles(), count, importance(from, to, known));
+}
+
 std::vector<SurfaceSample> samples_for(const SearchMesh& from, const SearchMesh& to, size_t count) {
-  return sample_surface(from.positions(), from.triangles(), count, importance(from, to));
+  KnownPositions nothing;
+  return samples_for(from, to, count, nothing);
 }
 
 // Equation 1: from samples of `from`, every so many of them, to the surface `to`. angles: also those between
@@ -296,6 +330,7 @@ struct ErrorMeter::Impl {
   Frame frame;
   std::unique_ptr<SearchMesh> original;
   std::vector<SurfaceSample> samples;  // of the original, for meshes like the last one
+  KnownPositions known;                // of the last one
 };
 
 ErrorMeter::ErrorMeter(const TriangleMesh& original, size_t samples) : impl_(std::make_unique<Impl>()) {
@@ -329,26 +364,30 @@ SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
   return error;
 }
 
-double ErrorMeter::relative_rms(const TriangleMesh& other) {
-  constexpr size_t kFewer = 8;               // times fewer samples tell which way has the larger error
-  constexpr double kSure = 6;                // deviations
-  constexpr double kMostDeviation = 0.0015;  // beyond it where samples of the original go is decided anew
+double ErrorMeter::relative_rms(const TriangleMesh& other, size_t share) {
+  constexpr size_t kFewer = 8;  // times fewer samples tell which way has the larger error
+  constexpr double kSure = 6;   // deviations
+  // beyond it where samples of the original go is decided anew
+  const double most_deviation = 0.0015 * std::sqrt(double(share));
   const SearchMesh& a = *impl_->original;
   const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
-  const std::vector<SurfaceSample> samples_b = samples_for(b, a, impl_->sample_count);
+  const std::vector<SurfaceSample> samples_b =
+      samples_for(b, a, std::max<size_t>(1, impl_->sample_count / share), impl_->known);
   const bool known = !impl_->samples.empty();
   if (!known) impl_->samples = samples_for(a, b, impl_->sample_count);
-  OneSided ab = measure_one_sided(impl_->samples, kFewer, a, b, false);
+  OneSided ab = measure_one_sided(impl_->samples, kFewer * share, a, b, false);
   OneSided ba = measure_one_sided(samples_b, kFewer, b, a, false);
   const double unsure = kSure * (ab.rms * ab.deviation + ba.rms * ba.deviation);
   const bool need_ab = ab.rms > ba.rms - unsure, need_ba = ba.rms > ab.rms - unsure;
   if (need_ba) ba = measure_one_sided(samples_b, 1, b, a, false);
-  if (need_ab) ab = measure_one_sided(impl_->samples, 1, a, b, false);
-  if (need_ab && known && ab.deviation > kMostDeviation) {
+  if (need_ab) ab = measure_one_sided(impl_->samples, share, a, b, false);
+  if (need_ab && known && ab.deviation > most_deviation) {
     impl_->samples = samples_for(a, b, impl_->sample_count);
-    ab = measure_one_sided(impl_->samples, 1, a, b, false);
+    ab = measure_one_sided(impl_->samples, share, a, b, false);
   }
-  return std::max(ab.rms, ba.rms);
+  const double rms = std::max(ab.rms, ba.rms);
+  impl_->known.much_the_same = rms / 2;
+  return rms;
 }
 
 std::vector<float> ErrorMeter::distance_of_positions(const TriangleMesh& other) const {

@@ -24,8 +24,9 @@ class ErrorMeter {
   ~ErrorMeter();
   SurfaceError measure(const TriangleMesh& other) const;
   // Only SurfaceError::rms over the diagonal, for meshes that are much alike, one after the other: where the
-  // original has its samples is decided once, and again where they err too much.
-  double relative_rms(const TriangleMesh& other);
+  // original has its samples is decided once, and again where they err too much. share: one in so many of the
+  // samples is taken.
+  double relative_rms(const TriangleMesh& other, size_t share = 1);
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
   // the triangle of the original that is closest to each position

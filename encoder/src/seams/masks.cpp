@@ -13,7 +13,8 @@ namespace relief {
 namespace {
 
 constexpr double kFarStray = 64;    // spacings; how far away the next surface is looked for
-constexpr double kBridgeGain = 20;  // a piece is left away if that errs so many times less
+constexpr double kBridgeGain = 4;   // a piece is left away if that errs so many times less
+constexpr size_t kMostBridged = 1024;  // pixels of such a piece
 constexpr size_t kTinyPixels = 8;   // a piece as small as this is not made smaller
 
 // The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
@@ -98,7 +99,7 @@ ErrorOfGroup errors_along(const DecodedMesh& decoded, const Pieces& pieces, cons
       for (uint32_t v : decoded.mesh.triangles[t])
         if (v < pieces.part.size()) around.insert(pieces.group[size_t(pieces.part[v])]);
     for (int group : around)
-      if (pieces.pixels[size_t(group)] < kStrayPixels &&
+      if (pieces.pixels[size_t(group)] < kMostBridged &&
           pieces.main[size_t(pieces.component[size_t(group)])] != group)
         along[group] += error.of_face[f];
   }
