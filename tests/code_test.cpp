@@ -451,8 +451,7 @@ TEST(Restoration, TakesNoiseOfQuantisationAway) {
     const WaveletImage image = forward_wavelet(p.w, p.h, p.mask.data(), z.data());
     const std::vector<int32_t> q = rounded(image, kStep);
     std::vector<float> scratch(wavelet_scratch(p.w, p.h)), restored(z.size() + kBlock);
-    const float* noisy =
-        inverse_wavelet(image.pyramid, q.data(), image.mask.data(), kStep, scratch.data());
+    const float* noisy = inverse_wavelet(image.pyramid, q.data(), image.mask.data(), kStep, scratch.data());
     restore(image.pyramid, image.mask.data(), noisy, kStep, restored.data());
     const Band& b = image.pyramid.low[0];
     for (uint32_t i = 0; i < z.size(); i++) {

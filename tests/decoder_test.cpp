@@ -841,8 +841,8 @@ std::vector<uint8_t> mutated(const std::vector<uint8_t>& s, size_t begin, size_t
   return m;
 }
 
-// Of 100,000 damaged streams. A third of the rounds keep to header, table and masks, which mostly end at a check,
-// a third to what comes behind. least: how many of the streams have to decode.
+// Of 100,000 damaged streams. A third of the rounds keep to header, table and masks, which mostly end at a
+// check, a third to what comes behind. least: how many of the streams have to decode.
 void mutate(const char* name, int rounds, int least) {
   const std::vector<uint8_t>& s = golden(name).stream;
   const uint32_t masks_end = decode_bytes(s).info.masks_end;

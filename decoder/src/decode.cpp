@@ -155,8 +155,8 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   if (level > 0) {
     tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
   } else {
-    // where the wavelet had its halves, which take as much
-    float* const restored = w.scratch + size_t(low.width) * low.height + 2 * kMargin;
+    // where the wavelet had its halves, which with their masks take more
+    float* const restored = w.scratch + wavelet_values(low.width, low.height);
     restore(p, mask, z, step, restored, leaves);
     z = restored;
   }

@@ -34,8 +34,8 @@ struct LiftedRow {
   ptrdiff_t stride;
 };
 
-// A row of elevations, those around it, and its mask, each `stride` from row to row. Where a row is beyond the
-// patch, its mask is zero and its values may be any row.
+// A row of elevations, those around it, and its mask, each `stride` from row to row. Where a row is beyond
+// the patch, its mask is zero and its values may be any row.
 struct RestoredRow {
   const float *values, *up2, *up, *down, *down2;
   ptrdiff_t stride;
@@ -95,8 +95,8 @@ struct Leaves {
   // Joins a row's low and high halves (both are overwritten) into `out`, segment by segment of the mask.
   void (*inverse_row)(const uint8_t* mask, uint32_t width, float* low, float* high, float* out);
 
-  // A row of elevations with its restoration, see restore.h. Reads kMargin values before the row and
-  // writes up to the end of the last block of kBlock.
+  // A row of elevations with its restoration, see restore.h. Reads kMargin values before the row
+  // and kMargin behind its last block of kBlock, and writes up to the end of that.
   void (*restore_row)(const RestoredRow& row, float limit, float* out, uint32_t n);
 
   // out[i] = to_lattice(z[i])

@@ -1,10 +1,10 @@
 // Restoration of elevations after the wavelet: quantisation leaves a patch rougher than it was.
 //
-// Each pixel moves towards what its neighbours along its row and along its column foretell, each way by no more
-// than a share of the step: noise of quantisation is of that size, and what is larger is the surface's. With two
-// neighbours on both sides that is the cubic through them; without the second one on one side, half of the way
-// to the parabola through the other three, and twice as far at most; at the mask's edge the parabola through the
-// three inwards. With fewer it does not move.
+// Each pixel moves towards what its neighbours along its row and along its column foretell, each way by no
+// more than a share of the step: noise of quantisation is of that size, and what is larger is the surface's.
+// With two neighbours on both sides that is the cubic through them; without the second one on one side, half
+// of the way to the parabola through the other three, and twice as far at most; at the mask's edge the
+// parabola through the three inwards. With fewer it does not move.
 #pragma once
 #include "format.h"
 #include "leaves.h"

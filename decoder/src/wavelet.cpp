@@ -111,10 +111,10 @@ const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* 
                              const Leaves& leaves, int level) {
   const uint32_t w0 = p.low[0].width, h0 = p.low[0].height;
   const size_t most = half_stride((w0 + 1) / 2);
-  float* const out = scratch + kMargin;                 // w0 * h0
-  float* const lows = out + size_t(w0) * h0 + kMargin;  // the low half
-  float* const highs = lows + most * h0;                // the high half
-  float* const coarser = highs + most * h0;             // what the level before gave
+  float* const out = scratch + kMargin;                                  // w0 * h0
+  float* const lows = scratch + wavelet_values(size_t(w0), size_t(h0));  // the low half
+  float* const highs = lows + most * h0;                                 // the high half
+  float* const coarser = highs + most * h0;                              // what the level before gave
   uint8_t* const masks = reinterpret_cast<uint8_t*>(coarser + size_t((w0 + 1) / 2) * ((h0 + 1) / 2));
   for (int l = kLevels - 1; l >= level; l--) {
     const Band& in = p.low[l];

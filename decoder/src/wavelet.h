@@ -28,19 +28,21 @@ void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch, const Leaves& l
 //   q, m      planes of quantised coefficients and masks
 //   step      quantisation step of the patch, lattice units
 //   scratch   wavelet_scratch(w, h) floats
-// Returns elevations of low[level], row by row without margin (inside scratch, kMargin floats from its start),
-// undefined outside of the mask.
+// Returns elevations of low[level], row by row without margin (inside scratch, kMargin floats from its
+// start), undefined outside of the mask.
 const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
                              const Leaves& leaves = best_leaves(), int level = 0);
 
 // Samples of a row of a half, with those that fill its last block.
 constexpr size_t half_stride(size_t w) { return (w + kBlock - 1) / kBlock * kBlock; }
 
-// Values of the patch with margins before and behind, of its two halves and of the next coarser level, and bytes
-// of masks of the halves.
+// Values of the patch with what restoration reads before and behind them (see restore.h).
+constexpr size_t wavelet_values(size_t w, size_t h) { return kMargin + w * h + kMargin + kBlock; }
+
+// Those, the values of the two halves and of the next coarser level, and bytes of masks of the halves.
 constexpr size_t wavelet_scratch(size_t w, size_t h) {
   const size_t lw = (w + 1) / 2, lh = (h + 1) / 2, half = half_stride(lw);
-  return w * h + 2 * kMargin + 2 * half * h + lw * lh + (2 * half * (h + 6) + 3) / 4;
+  return wavelet_values(w, h) + 2 * half * h + lw * lh + (2 * half * (h + 6) + 3) / 4;
 }
 
 inline float dequantise(int32_t q, float step) {

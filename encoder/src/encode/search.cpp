@@ -100,7 +100,8 @@ class Search {
   Search(Job& m, double bytes, Stopwatch& watch)
       : m_(m), bytes_(bytes), watch_(watch), now_{all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)} {
     const double target = bytes > 0 ? 1e-4 : m.options.error;
-    const double usual = std::log(kUsualLambda) + 4 * std::log(kLatticeDiagonal) + std::log(target) / kUsualSlope;
+    const double usual =
+        std::log(kUsualLambda) + 4 * std::log(kLatticeDiagonal) + std::log(target) / kUsualSlope;
     x_ = std::clamp(usual, now_.bracket.least, now_.bracket.most);
   }
 

@@ -12,10 +12,10 @@
 namespace relief {
 namespace {
 
-constexpr double kFarStray = 64;    // spacings; how far away the next surface is looked for
-constexpr double kBridgeGain = 4;   // a piece is left away if that errs so many times less
-constexpr size_t kMostBridged = 1024;  // pixels of such a piece
-constexpr size_t kTinyPixels = 8;   // a piece as small as this is not made smaller
+constexpr double kFarStray = 64;       // spacings; how far away the next surface is looked for
+constexpr double kBridgeGain = 4;      // a piece is left away if that errs so many times less
+constexpr size_t kMostBridged = 1024;  // pixels of such a piece, fewer
+constexpr size_t kTinyPixels = 8;      // a piece as small as this is not made smaller
 
 // The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
 // lie along the surface.
