@@ -14,6 +14,7 @@ constexpr double kAllowed = 5e-4;  // of all error between patches: what a fold 
 // A link that is left out, with what lies around it before and after.
 struct Without {
   uint32_t link;
+  int region;
   int folds[2] = {0, 0};
   double error[2] = {0, 0};
 };
@@ -21,7 +22,10 @@ struct Without {
 class Unfolding {
  public:
   Unfolding(const SeamContext& in, Attempt& best)
-      : in_(in), best_(best), finder_(in.plain, in.ground, in.folded), links_(in.ground.pixel.size()),
+      : in_(in),
+        best_(best),
+        finder_(in.plain, in.ground, in.folded),
+        links_(in.ground.pixel.size()),
         tried_(in.plain.links.size(), 0) {
     for (uint32_t l = 0; l < in.plain.links.size(); l++)
       for (uint32_t node : in.plain.links[l]) links_[in.plain.nodes[node]].push_back(l);
@@ -35,30 +39,40 @@ class Unfolding {
   }
 
  private:
-  // Leaves out a link at each of many folds that are apart, and keeps those out that unfold. False: none is
-  // left to be tried.
+  // Leaves out a link at each of many folds that are apart. False: none is left to be tried.
   bool try_some() {
     std::vector<Without> trials = choose_trials();
     if (trials.empty()) return false;
-    count(best_, folds_, error_, 0, trials);
+    leave_out(std::move(trials));
+    return true;
+  }
+
+  // Keeps those out that unfold. Where one of them harms the topology, each half of them is tried alone.
+  void leave_out(std::vector<Without> trials) {
     Attempt a = without(trials);
-    if (a.mismatch > best_.mismatch) return true;
+    if (a.mismatch > best_.mismatch) {
+      if (trials.size() == 1) return;
+      const auto middle = trials.begin() + ptrdiff_t(trials.size() / 2);
+      leave_out({trials.begin(), middle});
+      leave_out({middle, trials.end()});
+      return;
+    }
     std::vector<Fold> folds = finder_.find(a.decoded);
     GapError error = error_of(in_, a, error_);
+    count(best_, folds_, error_, 0, trials);
     count(a, folds, error, 1, trials);
     const size_t all = trials.size();
     std::erase_if(trials, [&](const Without& t) {
       return t.folds[1] >= t.folds[0] || t.error[1] > t.error[0] + kAllowed * error_.sum;
     });
-    if (trials.empty()) return true;
+    if (trials.empty()) return;
     if (trials.size() < all) {
       a = without(trials);
       folds = finder_.find(a.decoded);
       error = error_of(in_, a, error_);
     }
-    if (a.mismatch > best_.mismatch || folds.size() >= folds_.size()) return true;
+    if (a.mismatch > best_.mismatch || folds.size() >= folds_.size()) return;
     best_ = std::move(a), folds_ = std::move(folds), error_ = std::move(error);
-    return true;
   }
 
   Attempt without(const std::vector<Without>& trials) const {
@@ -91,7 +105,7 @@ class Unfolding {
       const int64_t link = next_link(fold);
       if (link < 0) continue;
       for (uint32_t v : around) region_[v] = int(trials.size());
-      trials.push_back({uint32_t(link)});
+      trials.push_back({uint32_t(link), int(trials.size())});
       tried_[size_t(link)] = 1;
     }
     return trials;
@@ -121,12 +135,18 @@ class Unfolding {
   void count(const Attempt& a, const std::vector<Fold>& folds, const GapError& error, int when,
              std::vector<Without>& trials) const {
     const std::vector<std::array<uint32_t, 3>>& triangles = a.decoded.mesh.triangles;
+    auto at = [&](const std::array<uint32_t, 3>& triangle) {
+      const int region = region_of(triangle);
+      const auto t = std::lower_bound(trials.begin(), trials.end(), region,
+                                      [](const Without& x, int r) { return x.region < r; });
+      return t != trials.end() && t->region == region ? &*t : nullptr;
+    };
     for (const Fold& f : folds)
-      if (const int r = region_of(triangles[f.triangle[0]]); r >= 0) trials[size_t(r)].folds[when]++;
+      if (Without* t = at(triangles[f.triangle[0]])) t->folds[when]++;
     const size_t first = a.decoded.patch_triangles();
-    for (size_t t = 0; t < error.triangle.size(); t++)
-      if (const int r = region_of(triangles[first + t]); r >= 0)
-        trials[size_t(r)].error[when] += error.triangle[t].squared * error.triangle[t].area;
+    for (size_t i = 0; i < error.triangle.size(); i++)
+      if (Without* t = at(triangles[first + i]))
+        t->error[when] += error.triangle[i].squared * error.triangle[i].area;
   }
 
   const SeamContext& in_;
