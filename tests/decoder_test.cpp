@@ -1020,79 +1020,113 @@ TEST(Leaves, AllLevelsDecodeToTheSameBytes) {
 }
 
 // What a leaf may be given and golden streams do not have: large values, every length, ragged masks.
-TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
-  std::mt19937 random(7);
-  constexpr size_t kMost = 80, kRows = 9;
-  const Leaves& scalar = *leaves_of(Level::kScalar);
-  for (int round = 0; round < 400; round++) {
-    const uint32_t n = 1 + random() % 64, blocks = (n + kBlock - 1) / kBlock * kBlock;
-    std::vector<int32_t> q(kMost * kRows);
-    std::vector<float> values(kMost * kRows);
-    std::vector<uint8_t> mask(kMost * kRows);
-    std::vector<uint16_t> magnitudes(kMost * kRows);
+struct RandomRows {
+  static constexpr size_t kStride = 80, kRows = 9, kMiddle = 4 * kStride + 2;
+  int round;
+  uint32_t n, blocks;
+  std::vector<int32_t> q;
+  std::vector<float> values;
+  std::vector<uint8_t> mask;
+  std::vector<uint16_t> magnitudes;
+
+  RandomRows(int r, std::mt19937& random)
+      : round(r),
+        n(1 + random() % 64),
+        blocks((n + kBlock - 1) / kBlock * kBlock),
+        q(kStride * kRows),
+        values(q.size()),
+        mask(q.size()),
+        magnitudes(q.size()) {
     for (size_t i = 0; i < q.size(); i++) {
       q[i] = int32_t(random() >> (11 + random() % 21)) * (random() & 1 ? 1 : -1);
       values[i] = float(q[i]) * 0.37f;
       mask[i] = random() % 8 != 0 || round % 3 == 0;
       magnitudes[i] = uint16_t(random() % (kMagnitudeCap + 1));
     }
-    const size_t middle = 4 * kMost + 2;
-    // runs a leaf on copies and appends all that it may have written
-    auto run = [&](const Leaves& leaves) {
-      std::vector<double> out;
-      auto keep = [&](const auto& v) { out.insert(out.end(), v.begin(), v.end()); };
-      std::vector<uint16_t> wide(kMost), sum(kMost, 5), halves(kMost, 6);
-      std::vector<uint8_t> near(kMost), edge(kMost), low(kMost), high(kMost), flags(kMost);
-      std::vector<int32_t> heights(kMost);
-      leaves.magnitudes(q.data() + middle, wide.data(), n);
-      leaves.weigh_above(&magnitudes[middle], &magnitudes[kMost], {50, 8, 30, 12}, sum.data(), near.data(),
-                         n);
-      leaves.weigh_around(&magnitudes[kMost], &magnitudes[middle], &magnitudes[6 * kMost], {12, 1, 0},
-                          sum.data(), n);
-      leaves.add_doubled(&magnitudes[middle], halves.data(), n);
-      leaves.edges(&mask[middle], kMost, edge.data(), n);
-      for (auto* v : {&wide, &sum, &halves}) v->resize(n), keep(*v);
-      near.resize(n), edge.resize(n), keep(near), keep(edge);
-      leaves.split_mask(&mask[middle], low.data(), high.data(), n);
-      keep(low), keep(high);
-      std::vector<float> rows(values);
-      leaves.dequantise(&q[middle], 1.7f, &rows[middle], n);
-      leaves.scale_rows(&rows[2 * kMost], round & 1 ? &rows[3 * kMost] : nullptr, &mask[middle], kMost,
-                        blocks);
-      float* const row = &rows[4 * kMost];
-      leaves.lift_row({row, row - kMost, row + kMost, row - 3 * kMost, row + 3 * kMost, &mask[middle], kMost},
-                      0.443f, round & 1, blocks);
-      leaves.inverse_row(&mask[middle], n, &rows[5 * kMost], &rows[6 * kMost], &rows[7 * kMost]);
-      std::vector<float> restored(kMost + kBlock);
-      const float* const z = &values[middle];
-      leaves.restore_row({z, z - 2 * kMost, z - kMost, z + kMost, z + 2 * kMost, kMost, &mask[middle], kMost},
-                         50, restored.data(), n);
-      for (uint32_t i = 0; i < n; i++) out.push_back(mask[middle + i] ? restored[i] : 0);
-      leaves.normalise(&rows[0], n / 3);
-      std::vector<float> box(6);
-      leaves.bounds(&values[3], n, &box[0], &box[3]);
-      keep(box);
-      leaves.place(&values[3], 0.3f, &rows[kMost], n / 3);
-      keep(rows);
-      std::vector<float> placed(3 * kMost);
-      leaves.place_row({{1, 2, 3}, {0.5f, -7, 11}, {0.6f, 0, -0.8f}, round % 5}, -9, &values[middle],
-                       placed.data(), n);
-      keep(placed);
-      leaves.heights(&values[middle], heights.data(), n);
-      keep(heights);
-      leaves.count_cells(&mask[middle], kMost, flags.data(), n);
-      keep(flags), out.push_back(leaves.any_stray(&mask[middle], &mask[middle], kMost, n));
-      leaves.border_cells(&mask[middle], kMost, flags.data(), n);
-      keep(flags);
-      std::vector<int32_t> small(q);
-      for (int32_t& v : small) v %= kCoordinateLimit;
-      leaves.diagonals(&small[middle], kMost, &mask[middle], kMost, flags.data(), n);
-      keep(flags);
-      return out;
-    };
-    const std::vector<double> expected = run(scalar);
+  }
+};
+
+// All that leaves may have written, of copies of the rows.
+class Written {
+ public:
+  template <class T>
+  void keep(const std::vector<T>& v) {
+    all.insert(all.end(), v.begin(), v.end());
+  }
+  std::vector<double> all;
+};
+
+void run_context_leaves(const Leaves& leaves, const RandomRows& r, Written& out) {
+  constexpr size_t kStride = RandomRows::kStride, kMiddle = RandomRows::kMiddle;
+  const uint16_t* const m = r.magnitudes.data();
+  std::vector<uint16_t> wide(kStride), sum(kStride, 5), halves(kStride, 6);
+  std::vector<uint8_t> near(kStride), edge(kStride);
+  leaves.magnitudes(r.q.data() + kMiddle, wide.data(), r.n);
+  leaves.weigh_above(m + kMiddle, m + kStride, {50, 8, 30, 12}, sum.data(), near.data(), r.n);
+  leaves.weigh_around(m + kStride, m + kMiddle, m + 6 * kStride, {12, 1, 0}, sum.data(), r.n);
+  leaves.add_doubled(m + kMiddle, halves.data(), r.n);
+  leaves.edges(&r.mask[kMiddle], kStride, edge.data(), r.n);
+  for (auto* v : {&wide, &sum, &halves}) v->resize(r.n), out.keep(*v);
+  for (auto* v : {&near, &edge}) v->resize(r.n), out.keep(*v);
+}
+
+void run_wavelet_leaves(const Leaves& leaves, const RandomRows& r, Written& out) {
+  constexpr size_t kStride = RandomRows::kStride, kMiddle = RandomRows::kMiddle;
+  const uint8_t* const mask = &r.mask[kMiddle];
+  std::vector<uint8_t> low(kStride), high(kStride);
+  leaves.split_mask(mask, low.data(), high.data(), r.n);
+  out.keep(low), out.keep(high);
+  std::vector<float> rows(r.values), restored(kStride + kBlock);
+  leaves.dequantise(&r.q[kMiddle], 1.7f, &rows[kMiddle], r.n);
+  leaves.scale_rows(&rows[2 * kStride], r.round & 1 ? &rows[3 * kStride] : nullptr, mask, kStride, r.blocks);
+  float* const row = &rows[4 * kStride];
+  leaves.lift_row({row, row - kStride, row + kStride, row - 3 * kStride, row + 3 * kStride, mask, kStride},
+                  0.443f, r.round & 1, r.blocks);
+  leaves.inverse_row(mask, r.n, &rows[5 * kStride], &rows[6 * kStride], &rows[7 * kStride]);
+  out.keep(rows);
+  const float* const z = &r.values[kMiddle];
+  leaves.restore_row({z, z - 2 * kStride, z - kStride, z + kStride, z + 2 * kStride, kStride, mask, kStride},
+                     50, restored.data(), r.n);
+  for (uint32_t i = 0; i < r.n; i++) out.all.push_back(mask[i] ? restored[i] : 0);
+}
+
+void run_mesh_leaves(const Leaves& leaves, const RandomRows& r, Written& out) {
+  constexpr size_t kStride = RandomRows::kStride, kMiddle = RandomRows::kMiddle;
+  const uint8_t* const mask = &r.mask[kMiddle];
+  std::vector<float> vectors(r.values), box(6), placed(3 * kStride);
+  std::vector<int32_t> heights(kStride), small(r.q);
+  std::vector<uint8_t> flags(kStride);
+  leaves.normalise(&vectors[0], r.n / 3);
+  leaves.bounds(&r.values[3], r.n, &box[0], &box[3]);
+  leaves.place(&r.values[3], 0.3f, &vectors[kStride], r.n / 3);
+  leaves.place_row({{1, 2, 3}, {0.5f, -7, 11}, {0.6f, 0, -0.8f}, r.round % 5}, -9, &r.values[kMiddle],
+                   placed.data(), r.n);
+  leaves.heights(&r.values[kMiddle], heights.data(), r.n);
+  out.keep(box), out.keep(vectors), out.keep(placed), out.keep(heights);
+  leaves.count_cells(mask, kStride, flags.data(), r.n);
+  out.keep(flags), out.all.push_back(leaves.any_stray(mask, mask, kStride, r.n));
+  leaves.border_cells(mask, kStride, flags.data(), r.n);
+  out.keep(flags);
+  for (int32_t& v : small) v %= kCoordinateLimit;
+  leaves.diagonals(&small[kMiddle], kStride, mask, kStride, flags.data(), r.n);
+  out.keep(flags);
+}
+
+std::vector<double> run_leaves(const Leaves& leaves, const RandomRows& rows) {
+  Written out;
+  run_context_leaves(leaves, rows, out);
+  run_wavelet_leaves(leaves, rows, out);
+  run_mesh_leaves(leaves, rows, out);
+  return out.all;
+}
+
+TEST(Leaves, AllLevelsGiveTheSameOnRandomRows) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 400; round++) {
+    const RandomRows rows(round, random);
+    const std::vector<double> expected = run_leaves(*leaves_of(Level::kScalar), rows);
     for (const auto& [name, leaves] : vector_levels())
-      ASSERT_EQ(run(*leaves), expected) << name << ", n = " << n;
+      ASSERT_EQ(run_leaves(*leaves, rows), expected) << name << ", n = " << rows.n;
   }
 }
 

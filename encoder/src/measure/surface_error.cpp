@@ -373,15 +373,15 @@ double ErrorMeter::relative_rms(const TriangleMesh& other, size_t share) {
   const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
   const std::vector<SurfaceSample> samples_b =
       samples_for(b, a, std::max<size_t>(1, impl_->sample_count / share), impl_->known);
-  const bool known = !impl_->samples.empty();
-  if (!known) impl_->samples = samples_for(a, b, impl_->sample_count);
+  const bool earlier = !impl_->samples.empty();
+  if (!earlier) impl_->samples = samples_for(a, b, impl_->sample_count);
   OneSided ab = measure_one_sided(impl_->samples, kFewer * share, a, b, false);
   OneSided ba = measure_one_sided(samples_b, kFewer, b, a, false);
   const double unsure = kSure * (ab.rms * ab.deviation + ba.rms * ba.deviation);
   const bool need_ab = ab.rms > ba.rms - unsure, need_ba = ba.rms > ab.rms - unsure;
   if (need_ba) ba = measure_one_sided(samples_b, 1, b, a, false);
   if (need_ab) ab = measure_one_sided(impl_->samples, share, a, b, false);
-  if (need_ab && known && ab.deviation > most_deviation) {
+  if (need_ab && earlier && ab.deviation > most_deviation) {
     impl_->samples = samples_for(a, b, impl_->sample_count);
     ab = measure_one_sided(impl_->samples, share, a, b, false);
   }
