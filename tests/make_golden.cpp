@@ -27,18 +27,23 @@ TriangleMesh painted(TriangleMesh mesh) {
 }
 
 std::vector<Shape> golden_shapes() {
-  const TriangleMesh wavy_plate = mapped(make_plate(32, 0.1), [](shapes::Point p) {
-    return shapes::Point{p[0], p[1], p[2] + 0.2 * std::sin(3 * p[0] + 1) * std::cos(2 * p[1])};
-  });
+  auto wavy = [](const TriangleMesh& plate) {
+    return mapped(plate, [](shapes::Point p) {
+      return shapes::Point{p[0], p[1], p[2] + 0.2 * std::sin(3 * p[0] + 1) * std::cos(2 * p[1])};
+    });
+  };
+  const TriangleMesh plate = make_plate(32, 0.1),
+                     pinholes = drilled(plate, {{-0.5, -0.4}, {0.3, 0.1}, {0.6, -0.7}});
   return {{"bumpy-sphere", make_bumpy_sphere(4), true, 1, 1.2e-3},
           {"torus", make_torus(48, 20), true, 1, 2e-3},
-          {"plate", wavy_plate, true, 1, 1e-3},
+          {"plate", wavy(plate), true, 1, 1e-3},
           {"hemisphere", make_hemisphere(16, 48), false, 1, 3e-3},
           {"nested-spheres", make_nested_spheres(3), true, 2, 2e-3},
           {"one-patch", make_waves(24), false, 1, 5e-4},
           {"bisk-torus", make_torus(48, 20), true, 1, 2e-3, Coder::kBisk},
           {"bisk-open", make_hemisphere(16, 48), false, 1, 3e-3, Coder::kBisk},
           {"bisk-even", make_bumpy_sphere(4), true, 1, 2e-3, Coder::kBisk, Allocation::kEven},
+          {"pinholes", wavy(pinholes), true, 1, 2e-3},
           {"coloured-torus", painted(make_torus(48, 20)), true, 1, 2e-3},
           {"coloured-bisk", painted(make_hemisphere(16, 48)), false, 1, 3e-3, Coder::kBisk}};
 }

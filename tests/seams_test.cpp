@@ -1,6 +1,10 @@
 // What the encoder learns by decoding its own streams.
 #include <gtest/gtest.h>
 
+#include <numeric>
+#include <random>
+#include <set>
+
 #include "measure/topology.h"
 #include "relief/encoder.h"
 #include "seams/borders.h"
@@ -8,6 +12,8 @@
 #include "seams/mask_edits.h"
 #include "shapes.h"
 #include "surface/half_edges.h"
+#include "surface/handle_places.h"
+#include "tube.h"
 
 namespace relief {
 namespace {
@@ -41,7 +47,8 @@ TEST(Borders, AreThoseOfTheMesh) {
   EXPECT_GT(most_loops, 4u);
 }
 
-// Pairs of neighbours that turn over, one of them between patches at least, counted over all edges of the mesh.
+// Pairs of neighbours that turn over, one of them between patches at least, counted over all edges of the
+// mesh.
 size_t count_folds(const DecodedMesh& d, const Ground& ground) {
   size_t folds = 0;
   for_each_edge(d.mesh.triangles, d.mesh.positions.size(), [&](std::span<const uint32_t> edge) {
@@ -74,11 +81,103 @@ TEST(Folds, AreThoseOfTheMesh) {
       EXPECT_EQ(folds.size(), count_folds(decoded, ground));
       most = std::max(most, folds.size());
       for (const Fold& f : folds)
-        EXPECT_LT(unit_normal(decoded, ground, f.triangle[0]).dot(unit_normal(decoded, ground, f.triangle[1])),
-                  -0.8);
+        EXPECT_LT(
+            unit_normal(decoded, ground, f.triangle[0]).dot(unit_normal(decoded, ground, f.triangle[1])),
+            -0.8);
     }
   }
   EXPECT_GT(most, 0u);
+}
+
+// Whichever triangles tubes join, neighbours and such at a border too: each makes a handle, and nothing else.
+TEST(Tubes, MakeHandles) {
+  std::mt19937 random(7);
+  for (const TriangleMesh& shape : {make_torus(24, 12), make_hemisphere(8, 24), make_plate(8)}) {
+    TriangleMesh mesh = scaled(shape, 1 << 18);
+    for (auto& p : mesh.positions)
+      for (float& c : p) c = std::round(c);
+    const Topology before = topology(mesh);
+    const uint32_t triangles = uint32_t(mesh.triangles.size()), vertices = uint32_t(mesh.positions.size());
+    std::vector<uint32_t> order(triangles);
+    std::iota(order.begin(), order.end(), 0u);
+    std::shuffle(order.begin(), order.end(), random);
+    const uint32_t count = triangles / 2;  // all triangles are of one
+    mesh.positions.resize(vertices + count * kTubeVertices);
+    mesh.triangles.resize(triangles + count * kTubeTriangles);
+    MeshWriter writer = {mesh.positions[0].data(),
+                         mesh.triangles[0].data(),
+                         uint32_t(mesh.positions.size()),
+                         uint32_t(mesh.triangles.size()),
+                         vertices,
+                         triangles};
+    for (uint32_t i = 0; i < count; i++) ASSERT_TRUE(add_tube(writer, order[2 * i], order[2 * i + 1]));
+    EXPECT_FALSE(add_tube(writer, 0, 1)) << "no room";
+    const Topology after = topology(mesh);
+    EXPECT_EQ(after.genus, before.genus + count);
+    EXPECT_EQ(after.nonmanifold_edges + after.nonmanifold_vertices, 0u);
+    EXPECT_EQ(after.boundary_loops, before.boundary_loops);
+    EXPECT_EQ(after.components, 1u);
+  }
+}
+
+// On a flat sheet a tube between the two triangles of a square folds nothing over, and stays near it.
+TEST(Tubes, AreSmallArches) {
+  TriangleMesh mesh = scaled(make_height_field(8, [](double, double) { return 0; }), 4096);
+  const size_t vertices = mesh.positions.size(), triangles = mesh.triangles.size();
+  mesh.positions.resize(vertices + kTubeVertices);
+  mesh.triangles.resize(triangles + kTubeTriangles);
+  MeshWriter writer = {
+      mesh.positions[0].data(),        mesh.triangles[0].data(), uint32_t(mesh.positions.size()),
+      uint32_t(mesh.triangles.size()), uint32_t(vertices),       uint32_t(triangles)};
+  ASSERT_TRUE(add_tube(writer, 54, 55));
+  EXPECT_EQ(topology(mesh).flipped, 0u);
+  for (size_t v = vertices; v < mesh.positions.size(); v++) {
+    EXPECT_GT(mesh.positions[v][2], 0);
+    EXPECT_LT(mesh.positions[v][2], 1024 / 2);  // of squares of 1024
+  }
+}
+
+// Seams that join a triangle twice, or what is no triangle of a patch, are refused; others are not
+// remembered.
+TEST(Tubes, JoinTrianglesOfPatchesOnce) {
+  EncodeOptions options;
+  options.error = 1e-3;
+  PatchDecoder decoder(encode(make_torus(72, 40), options).stream);
+  const DecodedMesh plain = decoder.close({});
+  const uint32_t all = uint32_t(plain.patch_triangles());
+  auto close = [&](std::vector<std::array<uint32_t, 2>> tubes) {
+    Seams seams;
+    seams.tubes = std::move(tubes);
+    return decoder.close(seams);
+  };
+  const int64_t genus = topology(plain.mesh).genus;
+  const DecodedMesh two = close({{5, 6}, {7, all - 1}});
+  EXPECT_EQ(topology(two.mesh).genus, genus + 2);
+  EXPECT_EQ(two.mesh.triangles.size(), plain.mesh.triangles.size() + 2 * kTubeTriangles);
+  EXPECT_EQ(decoder.close({}).mesh.triangles, plain.mesh.triangles);
+  const DecodedMesh spare = close({});
+  Seams seams;
+  seams.tubes = {{5, 6}};
+  EXPECT_EQ(decoder.close(seams, spare).mesh.triangles, close({{5, 6}}).mesh.triangles);
+  EXPECT_THROW(close({{5, 6}, {6, 7}}), std::logic_error);
+  EXPECT_THROW(close({{5, 7}, {6, 7}}), std::logic_error);
+}
+
+// Each handle is found once, where it is: pinholes of a plate, the smallest first.
+TEST(HandlePlaces, AreWhereTheHandlesAre) {
+  const std::vector<std::array<double, 2>> places = {{-0.5, -0.4}, {0.3, 0.1}, {0.6, -0.7}};
+  for (const TriangleMesh& sheet : {make_torus(72, 40), make_sphere(3), make_waves(12)})
+    EXPECT_EQ(handle_places(build_surface(sheet)).size(), size_t(topology(sheet).genus));
+  const Surface surface = build_surface(drilled(make_plate(64, 0.05), places));
+  const std::vector<HandlePlace> found = handle_places(surface);
+  ASSERT_EQ(found.size(), places.size());
+  std::set<size_t> seen;
+  for (const HandlePlace& handle : found) {
+    const Vec3 p = surface.origin + surface.scale * handle.middle;
+    for (size_t i = 0; i < places.size(); i++)
+      if (std::hypot(p[0] - places[i][0], p[1] - places[i][1]) < 0.15) seen.insert(i);
+  }
+  EXPECT_EQ(seen.size(), places.size());
 }
 
 // Patches of two squares of pixels side by side.

@@ -1,11 +1,13 @@
 // Analytic meshes for the tests. All are counter-clockwise seen from outside and share their vertices.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "relief/encoder.h"
 
@@ -181,6 +183,40 @@ inline TriangleMesh make_cube(int cells) { return make_box({cells, cells, cells}
 // A closed square plate of side 2, thin along z: two large sides closer than a grid spacing.
 inline TriangleMesh make_plate(int cells, double thickness = 0.02) {
   return make_box({cells, cells, 1}, {2, 2, thickness});
+}
+
+// With pinholes through a plate: around each place a triangle above and one below are taken away, and joined.
+inline TriangleMesh drilled(TriangleMesh mesh, const std::vector<std::array<double, 2>>& places) {
+  auto middle = [&](const std::array<uint32_t, 3>& t, size_t k) {
+    return (double(mesh.positions[t[0]][k]) + mesh.positions[t[1]][k] + mesh.positions[t[2]][k]) / 3;
+  };
+  auto take_nearest = [&](const std::array<double, 2>& at, bool above) {
+    auto far = [&](const std::array<uint32_t, 3>& t) {
+      return (middle(t, 2) > 0) == above ? std::hypot(middle(t, 0) - at[0], middle(t, 1) - at[1]) : INFINITY;
+    };
+    const auto found = std::min_element(mesh.triangles.begin(), mesh.triangles.end(),
+                                        [&](const auto& a, const auto& b) { return far(a) < far(b); });
+    const std::array<uint32_t, 3> triangle = *found;
+    mesh.triangles.erase(found);
+    return triangle;
+  };
+  for (const auto& place : places) {
+    const auto a = take_nearest(place, true), b = take_nearest({middle(a, 0), middle(a, 1)}, false);
+    size_t turn = 0;
+    double least = INFINITY;
+    for (size_t r = 0; r < 3; r++) {
+      double sum = 0;
+      for (size_t i = 0; i < 3; i++)
+        for (size_t k = 0; k < 2; k++)
+          sum += std::fabs(double(mesh.positions[a[i]][k]) - mesh.positions[b[(r + 3 - i) % 3]][k]);
+      if (sum < least) least = sum, turn = r;
+    }
+    for (size_t i = 0; i < 3; i++) {
+      const size_t j = (i + 1) % 3;
+      shapes::add_quad(mesh, a[i], a[j], b[(turn + 3 - j) % 3], b[(turn + 3 - i) % 3]);
+    }
+  }
+  return mesh;
 }
 
 // The open surface z = height(x, y) over the square [-1, 1]^2, a grid of cells * cells quads.

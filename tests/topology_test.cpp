@@ -131,6 +131,39 @@ TEST(OpenShapes, OpenWhereTheyDid) {
   }
 }
 
+// Handles that the grid is too coarse for come back where they were, unless they are not wanted.
+TEST(SmallHandles, ComeBackUnlessDropped) {
+  const std::vector<std::array<double, 2>> places = {{-0.5, -0.4}, {0.3, 0.1}, {0.6, -0.7}, {-0.1, 0.75}};
+  const TriangleMesh plate = drilled(make_plate(48, 0.1), places);
+  ASSERT_EQ(topology(plate).genus, 4);
+  for (double error : {4e-3, 1e-3}) {
+    EncodeOptions options;
+    options.error = error;
+    const EncodeResult with = encode(plate, options);
+    options.keep_handles = false;
+    const EncodeResult without = encode(plate, options);
+    const TriangleMesh decoded = decode(with.stream.data(), with.stream.size());
+    const Topology t = topology(decoded);
+    EXPECT_EQ(t.genus, 4);
+    EXPECT_EQ(t.components, 1u);
+    EXPECT_EQ(t.open_edges + t.nonmanifold_edges + t.nonmanifold_vertices, 0u);
+    EXPECT_TRUE(with.warnings.empty());
+    const TriangleMesh closed = decode(without.stream.data(), without.stream.size());
+    EXPECT_LT(topology(closed).genus, 4) << "the grid is fine enough: this tests nothing";
+    EXPECT_EQ(without.warnings.size(), 1u);
+    EXPECT_LE(with.stream.size(), without.stream.size() + 4 * 6 + 4);
+    EXPECT_LT(with.error, error);
+    // the tubes' vertices are the last
+    const size_t tubes = size_t(4 - topology(closed).genus), vertices = decoded.positions.size();
+    for (size_t v = vertices - 6 * tubes; v < vertices; v++) {
+      double least = INFINITY;
+      for (const auto& at : places)
+        least = std::min(least, std::hypot(decoded.positions[v][0] - at[0], decoded.positions[v][1] - at[1]));
+      EXPECT_LT(least, 0.3);
+    }
+  }
+}
+
 // Triangles between patches do not turn over on a smooth surface.
 TEST(Folds, NoneOnASphere) {
   for (double error : {2e-3, 3e-4}) {
@@ -144,7 +177,8 @@ TEST(Folds, NoneOnASphere) {
 TEST(SmallComponents, SurviveUnlessAskedNotTo) {
   TriangleMesh mesh = make_bumpy_sphere(5);
   // in corners of the large one's box: the error's unit, its diagonal, is the same with and without them
-  for (int i = 0; i < 3; i++) mesh = joined(mesh, moved(make_sphere(0, 0.01), 0.8, 0.8, i == 0 ? -0.8 : 0.4 * i));
+  for (int i = 0; i < 3; i++)
+    mesh = joined(mesh, moved(make_sphere(0, 0.01), 0.8, 0.8, i == 0 ? -0.8 : 0.4 * i));
   EncodeOptions options;
   options.error = 2e-3;
   const EncodeResult all = encode(mesh, options);

@@ -392,7 +392,10 @@ relief_status close_faces(Gaps& g) {
   const uint32_t corners = g.corner_of(g.slot_begin[g.count]);
   for (uint32_t c = 0; c < corners && room; c++)
     if (g.corner[c].face != kNone) room = close(c);
-  return !room ? RELIEF_ERROR_OUTPUT : holes.good ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
+  if (!room) return RELIEF_ERROR_OUTPUT;
+  while (holes.next) holes.advance();
+  g.seams = holes;
+  return holes.good ? RELIEF_OK : RELIEF_ERROR_CORRUPT;
 }
 
 }  // namespace relief

@@ -1,4 +1,4 @@
-// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces.
+// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tubes.
 #pragma once
 #include "container.h"
 #include "gaps.h"
@@ -112,7 +112,10 @@ void find_partners(Gaps& g);
 // Puts the links in. False if the seams are malformed.
 bool make_links(Gaps& g);
 
-// Adds the triangles of all faces.
+// Adds the triangles of all faces. Leaves g.seams at the end of their list.
 relief_status close_faces(Gaps& g);
+
+// Joins triangles of patches, the first so many of the mesh, by the tubes that the rest of the seams tells of.
+relief_status add_tubes(Gaps& g, uint32_t patch_triangles);
 
 }  // namespace relief

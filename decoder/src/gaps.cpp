@@ -2,7 +2,7 @@
 //
 // Every node (border vertex) looks for the nearest node that faces it (gap_partners); the pairs are links.
 // Links and borders cut the space between the patches into faces (gap_links); each face is closed by
-// triangles (gap_faces). All decisions are made with integers.
+// triangles (gap_faces). Handles too small for that are tubes (tubes). All decisions are made with integers.
 #include "gaps.h"
 
 #include "gap_state.h"
@@ -57,7 +57,9 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   g.work = 64 * int64_t(g.corner_capacity);
   if (!(kTracing && options.trace && options.trace->partners_known)) find_partners(g);
   if (!make_links(g)) return RELIEF_ERROR_CORRUPT;
-  return close_faces(g);
+  const uint32_t patch_triangles = mesh.triangle_count;
+  const relief_status status = close_faces(g);
+  return status == RELIEF_OK && options.seams ? add_tubes(g, patch_triangles) : status;
 }
 
 }  // namespace relief

@@ -2,6 +2,7 @@
 #pragma once
 #include "mesh.h"
 #include "nodes.h"
+#include "tube.h"
 
 namespace relief {
 
@@ -37,10 +38,11 @@ constexpr bool kTracing = true;
 struct GapOptions {
   int32_t spacing;  // the largest grid spacing, lattice units
   bool closed;      // close every face
-  // The stream's last part, or null if it is missing or cut. Four lists, each of rising numbers as
+  // The stream's last part, or null if it is missing or cut. Five lists, each of rising numbers as
   // differences (plus one) ended by zero: links to drop; links that may make a handle; nodes of links to add,
-  // each followed by the distance to the other node; faces that stay open. Empty lists at the end are left
-  // away. Without seams, open faces are guessed by their size.
+  // each followed by the distance to the other node; faces that stay open; triangles that a tube joins to
+  // another, each followed by the distance to that one. Empty lists at the end are left away. Without seams,
+  // open faces are guessed by their size.
   const uint8_t* seams;
   const uint8_t* seams_end;
   GapTrace* trace;  // may be null
@@ -50,13 +52,16 @@ struct GapOptions {
 struct GapMemory;
 uint64_t gap_memory_bytes(uint32_t n);
 
-// At most this many vertices and triangles are added for n nodes.
+// For n nodes there are at most this many tubes (part of the format), and with them so many vertices and
+// triangles are added: faces have at most 5 n corners, each with a vertex and three triangles, and each face
+// of at least three with one vertex more.
+constexpr uint64_t most_tubes(uint64_t n) { return n / 32; }
 constexpr uint64_t gap_vertices(uint64_t n) { return 7 * n; }
-constexpr uint64_t gap_triangles(uint64_t n) { return 15 * n; }
+constexpr uint64_t gap_triangles(uint64_t n) { return 15 * n + kTubeTriangles * most_tubes(n); }
 
 // Adds the triangles to `mesh`. memory: gap_memory_bytes(nodes.count) bytes, aligned to 16.
 // However the nodes lie, the result is an oriented 2-manifold: the faces come from a rotation system (see
-// gap_links.cpp), which has no other kind of surface, and no edge is made twice.
+// gap_links.cpp), which has no other kind of surface, and no edge is made twice; tubes keep it one.
 // Errors: OUTPUT; CORRUPT if the seams are malformed.
 relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptions& options, MeshWriter& mesh,
                          void* memory);

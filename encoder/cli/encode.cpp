@@ -15,7 +15,7 @@ struct Arguments {
   std::string in, out, patches;
   EncodeOptions options;
   std::string coder = "subband", allocation = "rd", partition = "gla", plane = "average";
-  bool no_fit = false, no_colors = false;
+  bool no_fit = false, no_colors = false, drop_handles = false;
 };
 
 // One primitive of a scene, or the whole of a mesh file.
@@ -27,6 +27,7 @@ struct Encoded {
 EncodeOptions options_for(const Arguments& arguments, double share) {
   EncodeOptions options = arguments.options;
   options.fit = !arguments.no_fit;
+  options.keep_handles = !arguments.drop_handles;
   if (arguments.no_colors) options.color_error = 0;
   options.coder = arguments.coder == "bisk" ? Coder::kBisk : Coder::kSubband;
   options.allocation = arguments.allocation == "even" ? Allocation::kEven : Allocation::kRateDistortion;
@@ -249,6 +250,8 @@ void add_encode(CLI::App& app, Run& run) {
       ->add_option("--min-component", a->options.min_component,
                    "Drop connected components of fewer triangles (default: keep all)")
       ->type_name("N");
+  command->add_flag("--drop-handles", a->drop_handles,
+                    "Let handles close that are smaller than the grid: saves 2 to 4 bytes each");
   command->add_option("--effort", a->options.effort, "1 (fast) to 9 (fewer bytes, much slower); default 5")
       ->type_name("1..9")
       ->check(CLI::Range(1, 9));

@@ -969,6 +969,24 @@ class Link:
         return self.b if v == self.a else self.a
 
 
+class TubeEnd:  # 12.10
+    def __init__(self, mesh, triangle):
+        self.corners = mesh.triangles[triangle]
+        self.p = p = [mesh.positions[v] for v in self.corners]
+        self.middle = tuple(quotient(sum(q[k] for q in p), 3) for k in range(3))
+        self.normal = unit(cross(minus(p[1], p[0]), minus(p[2], p[0])))
+
+    def places(self, to, way):
+        square = lambda d: dot(d, d)
+        d = minus(to, self.middle)
+        length = root(square(d))
+        height = min(root(min(square(minus(p, self.middle)) for p in self.p)) // 2, 3 * length // 8)
+        for p in self.p:
+            rise = height - (quotient(dot(minus(p, self.middle), d), 4 * length) if length else 0)
+            yield [clamp(quotient(p[k] + 3 * self.middle[k], 4) + way * quotient(rise * self.normal[k], 4096), 1 << 20)
+                   for k in range(3)]
+
+
 class Gaps:
     def __init__(self, nodes, S, closed, seams, mesh):
         self.nodes, self.S, self.closed, self.seams, self.mesh = nodes, S, closed, seams, mesh
@@ -978,7 +996,10 @@ class Gaps:
         self.make_links()
         self.sort_slots()
         self.put_links_in()
+        patch_triangles = len(self.mesh.triangles)
         self.close_faces()
+        if self.seams is not None:
+            self.add_tubes(patch_triangles)
 
     def square(self, a, b):
         d = minus(self.nodes[a].position, self.nodes[b].position)
@@ -1270,6 +1291,35 @@ class Gaps:
                 self.close(q)
         if self.late_error:
             raise Error(CORRUPT)
+        for _ in holes:
+            pass
+
+    def add_tubes(self, patch_triangles):  # 12.10
+        mesh, left = self.mesh, len(self.nodes) // 32
+        joined = set()
+        for x in self.numbers():
+            ahead = self.varint()
+            y = x + ahead
+            if ahead == 0 or y >= patch_triangles or left == 0 or x in joined or y in joined:
+                raise Error(CORRUPT)
+            left -= 1
+            joined.update((x, y))
+            ends = [TubeEnd(mesh, t) for t in (x, y)]
+            d = minus(ends[1].middle, ends[0].middle)
+            way = 1 if dot(d, minus(ends[0].normal, ends[1].normal)) >= 0 else -1
+            for end, other in zip(ends, reversed(ends)):
+                end.rim = [self.add_vertex(p) for p in end.places(other.middle, way)]
+            (c, a), (e, b) = ((end.corners, end.rim) for end in ends)
+            far = lambda p, q: sum((s - t) ** 2 for s, t in zip(mesh.positions[p], mesh.positions[q]))
+            turn = min(range(3), key=lambda turn: sum(far(a[i], b[(turn - i) % 3]) for i in range(3)))
+            tube = []
+            for i in range(3):
+                j = (i + 1) % 3
+                s, r = b[(turn - i) % 3], b[(turn - j) % 3]
+                tube += [(c[i], c[j], a[j]), (e[i], e[j], b[j]), (c[i], a[j], a[i]), (e[i], b[j], b[i]),
+                         (a[i], a[j], r), (a[i], r, s)]
+            mesh.triangles[x], mesh.triangles[y] = tube[:2]
+            mesh.triangles += tube[2:]
 
     late_error = False
 
@@ -1526,7 +1576,7 @@ def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1
     coder = Coder(stream.table)
     patches = read_table(stream, coder, limits)
     most_vertices = stream.mask_pixels + 7 * stream.boundary_nodes
-    most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes
+    most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes + 16 * (stream.boundary_nodes // 32)
     if max(most_vertices, most_triangles) > 0xffffffff or stream.memory > (1 << 30) + (len(data) << 16):
         raise Error(LIMIT)
     if stream.vertex_count > most_vertices or stream.triangle_count > most_triangles:

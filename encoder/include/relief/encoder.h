@@ -53,6 +53,7 @@ struct EncodeOptions {
   double density = 0;    // mu of 3.4: with 1 a patch has as many pixels as vertices, with 2 a quarter, to the nearest
                          // quarter power of two in spacing; 0: by rate-distortion, patch by patch (3.6)
   size_t min_component = 0;  // components of fewer triangles are dropped; 0: all are kept
+  bool keep_handles = true;  // of meshes: also those smaller than the grid, at about 2 to 4 bytes each
   bool fit = true;           // least-squares fitting of elevations (4.1)
   Coder coder = Coder::kSubband;
   Allocation allocation = Allocation::kRateDistortion;  // of bisk

@@ -165,6 +165,8 @@ std::vector<uint8_t> code_seams(const Seams& seams) {
   end_list(seams.added_links.empty());
   for (uint32_t n : seams.holes) number(n);
   end_list(seams.holes.empty());
+  for (const auto& [a, b] : seams.tubes) number(a), put_varint(out, b - a);
+  end_list(seams.tubes.empty());
   out.resize(needed);
   return out;
 }

@@ -80,6 +80,7 @@ struct Seams {
   std::vector<uint32_t> handles;                     // links that may make a handle
   std::vector<std::array<uint32_t, 2>> added_links;  // nodes of links that are missing, the lower first
   std::vector<uint32_t> holes;                       // faces between patches that stay open
+  std::vector<std::array<uint32_t, 2>> tubes;        // triangles of patches that one joins, the lower first
 };
 
 // As the decoder reads them, see GapOptions. Empty lists at the end are left away.

@@ -142,6 +142,7 @@ void prepare(Job& m, Stopwatch& watch) {
   m.border = border_of(m.surface, kBorderReach * m.spacing, m.points ? kPointHole * m.spacing : 0);
   m.topology.boundary_loops = m.border.loops.size();
   m.folded = folded_vertices(m.surface);
+  if (m.options.keep_handles && !m.points && m.topology.genus > 0) m.handles = handle_places(m.surface);
   watch.lap("surface");
   if (!m.surface.bulge.empty())
     m.measured = curved_mesh(m.surface);

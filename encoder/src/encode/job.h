@@ -11,6 +11,7 @@
 #include "points/point_surface.h"
 #include "relief/encoder.h"
 #include "surface/border.h"
+#include "surface/handle_places.h"
 
 namespace relief {
 
@@ -55,6 +56,7 @@ struct Job {
   double spacing = 0;  // mean spacing of the input's vertices
   SurfaceBorder border = {};
   std::vector<Vec3> folded = {};  // see folded_vertices
+  std::vector<HandlePlace> handles = {};  // that are to be kept
   // the surface, where that is not the mesh: components were dropped, or faces are curved
   TriangleMesh measured = {};
   std::unique_ptr<Patching> patching = nullptr;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
 
 SeamsInput seams_input(const Job& m) {
-  return {m.surface, m.topology, distance_to(m), m.border, m.folded, m.effort.face_trials};
+  return {m.surface, m.topology, distance_to(m), m.border, m.folded, m.effort.face_trials, m.handles};
 }
 
 size_t count_coincident(const TriangleMesh& mesh) {

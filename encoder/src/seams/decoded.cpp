@@ -43,7 +43,15 @@ PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
 
 DecodedMesh PatchDecoder::close(const Seams& seams, DecodedMesh spare) {
   const std::vector<uint8_t> bytes = code_seams(seams);
-  return close(bytes.data(), bytes.data() + bytes.size(), std::move(spare));
+  std::vector<std::pair<uint32_t, std::array<uint32_t, 3>>> joined;  // by tubes, which write over them
+  for (const auto& tube : seams.tubes)
+    for (uint32_t t : tube) joined.push_back({t, mesh_.triangles[t]});
+  DecodedMesh d = close(bytes.data(), bytes.data() + bytes.size(), std::move(spare));
+  for (const auto& [t, corners] : joined) {
+    d.mesh.triangles[t] = mesh_.triangles[t];  // a spare one has those of the patches
+    mesh_.triangles[t] = corners;
+  }
+  return d;
 }
 
 DecodedMesh PatchDecoder::close(const uint8_t* seams, const uint8_t* end, DecodedMesh d) {

@@ -30,7 +30,7 @@ struct DecodedMesh {
 class PatchDecoder {
  public:
   explicit PatchDecoder(const std::vector<uint8_t>& stream);
-  // spare: what this function returned before, to be written over: its patches are the same.
+  // spare: what this function returned before, without tubes, to be written over: its patches are the same.
   DecodedMesh close(const Seams& seams, DecodedMesh spare = {});
   DecodedMesh close(const uint8_t* seams, const uint8_t* end, DecodedMesh spare = {});  // as in a stream
   const Parsed& parsed() const { return open_.parsed; }

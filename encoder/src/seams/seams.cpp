@@ -7,6 +7,7 @@
 
 #include "seams/attempt.h"
 #include "seams/handles.h"
+#include "seams/tubes.h"
 #include "seams/unfold.h"
 
 namespace relief {
@@ -209,6 +210,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   FaceTrials(in, best).run();
   if (thorough) unfold(in, best);
   if (thorough && !in.closed()) adjust_holes(in, best);
+  if (thorough) add_tubes(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }
 

@@ -6,6 +6,7 @@
 #include "seams/mask_edits.h"
 #include "seams/masks.h"
 #include "surface/border.h"
+#include "surface/handle_places.h"
 
 namespace relief {
 
@@ -16,6 +17,7 @@ struct SeamsInput {
   const SurfaceBorder& border;
   const std::vector<Vec3>& folded;  // its vertices where it is folded
   int face_trials;  // decodings, at most, to find links for the worst faces between patches
+  const std::vector<HandlePlace>& handles;  // of the surface; empty: those that are lost stay so
 };
 
 struct FoundSeams {
