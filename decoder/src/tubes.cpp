@@ -12,70 +12,69 @@ namespace {
 
 // One end of a tube: a triangle, and the rim within.
 struct TubeEnd {
-  uint32_t corner[3], rim[3];
-  int64_t position[3][3];  // of the corners, then of the rim
-  int64_t middle[3];
+  int64_t corner[3][3], rim[3][3], middle[3];
   int16_t normal[3];
 };
 
-int64_t distance2(const int64_t a[3], const int64_t b[3]) {
+// Of the ways from o to a and to b.
+[[gnu::noinline]] int64_t product(const int64_t a[3], const int64_t b[3], const int64_t o[3]) {
   int64_t sum = 0;
-  for (int k = 0; k < 3; k++) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  for (int k = 0; k < 3; k++) sum += (a[k] - o[k]) * (b[k] - o[k]);
   return sum;
 }
+int64_t distance2(const int64_t a[3], const int64_t b[3]) { return product(a, a, b); }
 
-TubeEnd read_end(const MeshWriter& m, const uint32_t* triangle) {
-  TubeEnd e;
+[[gnu::noinline]] void read_end(const MeshWriter& m, const uint32_t* triangle, TubeEnd& e) {
   int64_t u[3], v[3], n[3];
-  memcpy(e.corner, triangle, sizeof e.corner);
   for (int k = 0; k < 3; k++) {
-    for (int i = 0; i < 3; i++) e.position[i][k] = int64_t(m.positions[3 * size_t(e.corner[i]) + k]);
-    e.middle[k] = (e.position[0][k] + e.position[1][k] + e.position[2][k]) / 3;
-    u[k] = e.position[1][k] - e.position[0][k], v[k] = e.position[2][k] - e.position[0][k];
+    int64_t sum = 0;
+    for (int i = 0; i < 3; i++) sum += e.corner[i][k] = int64_t(m.positions[3 * size_t(triangle[i]) + k]);
+    e.middle[k] = sum / 3;
+    u[k] = e.corner[1][k] - e.corner[0][k], v[k] = e.corner[2][k] - e.corner[0][k];
   }
   cross(u, v, n);
   unit_vector(n, e.normal);
-  return e;
 }
 
 // The rim stands out of the triangle, by half as much as its corners are away from its middle but no more
 // than 3/8 of the way to the other end, and leans towards that: a tube between neighbours is an arch that
 // folds nothing over. to: the other end's middle; way: 1, or -1 for into the surface.
-void add_rim(MeshWriter& m, TubeEnd& e, const int64_t to[3], int way) {
-  int64_t least = INT64_MAX;
+[[gnu::noinline]] void find_rim(TubeEnd& e, const int64_t to[3], int way) {
+  const int64_t length = root(distance2(e.middle, to));
+  int64_t height = 3 * length / 8;
   for (int i = 0; i < 3; i++) {
-    const int64_t d = distance2(e.position[i], e.middle);
-    least = d < least ? d : least;
+    const int64_t half = root(distance2(e.corner[i], e.middle)) / 2;
+    if (half < height) height = half;
   }
-  const int64_t length = root(distance2(e.middle, to)), half = root(least) / 2;
-  const int64_t height = half < 3 * length / 8 ? half : 3 * length / 8;
   for (int i = 0; i < 3; i++) {
-    int64_t ahead = 0;
-    for (int k = 0; k < 3; k++) ahead += (e.position[i][k] - e.middle[k]) * (to[k] - e.middle[k]);
+    const int64_t ahead = product(e.corner[i], to, e.middle);
     const int64_t rise = height - (length ? ahead / (4 * length) : 0);
-    e.rim[i] = m.vertex_count;
     for (int k = 0; k < 3; k++) {
-      int64_t p = (e.position[i][k] + 3 * e.middle[k]) / 4 + way * (rise * e.normal[k] / kUnit);
+      int64_t p = (e.corner[i][k] + 3 * e.middle[k]) / 4 + way * (rise * e.normal[k] / kUnit);
       if (p > kCoordinateLimit) p = kCoordinateLimit;
       if (p < -kCoordinateLimit) p = -kCoordinateLimit;
-      e.position[i][k] = p;
-      m.positions[3 * size_t(m.vertex_count) + k] = float(p);
+      e.rim[i][k] = p;
     }
-    m.vertex_count++;
   }
 }
 
 // The corner of b's rim that the first one of a's goes to; the others follow in reverse.
-int find_turn(const TubeEnd& a, const TubeEnd& b) {
+uint32_t find_turn(const TubeEnd& a, const TubeEnd& b) {
   int64_t least = INT64_MAX;
-  int best = 0;
-  for (int turn = 0; turn < 3; turn++) {
+  uint32_t best = 0;
+  for (uint32_t turn = 0; turn < 3; turn++) {
     int64_t sum = 0;
-    for (int i = 0; i < 3; i++) sum += distance2(a.position[i], b.position[(turn + 3 - i) % 3]);
+    for (uint32_t i = 0; i < 3; i++) sum += distance2(a.rim[i], b.rim[(turn + 3 - i) % 3]);
     if (sum < least) least = sum, best = turn;
   }
   return best;
 }
+
+// Of vertices: the corners of x, those of y, the rims of x and y, each three in the order of x.
+constexpr uint8_t kTube[2 + kTubeTriangles][3] = {
+    {0, 1, 7}, {4, 3, 9},  {0, 7, 6}, {4, 9, 10},  {6, 7, 10}, {6, 10, 9},
+    {1, 2, 8}, {5, 4, 10}, {1, 8, 7}, {5, 10, 11}, {7, 8, 11}, {7, 11, 10},
+    {2, 0, 6}, {3, 5, 11}, {2, 6, 8}, {3, 11, 9},  {8, 6, 9},  {8, 9, 11}};
 
 }  // namespace
 
@@ -83,29 +82,32 @@ bool add_tube(MeshWriter& m, uint32_t x, uint32_t y) {
   if (m.vertex_capacity - m.vertex_count < kTubeVertices ||
       m.triangle_capacity - m.triangle_count < kTubeTriangles)
     return false;
-  TubeEnd a = read_end(m, m.indices + 3 * size_t(x)), b = read_end(m, m.indices + 3 * size_t(y));
+  uint32_t *const place_x = m.indices + 3 * size_t(x), *const place_y = m.indices + 3 * size_t(y);
+  TubeEnd a, b;
+  read_end(m, place_x, a);
+  read_end(m, place_y, b);
   int64_t ahead = 0;  // of one another the ends lie
   for (int k = 0; k < 3; k++) ahead += (b.middle[k] - a.middle[k]) * (a.normal[k] - b.normal[k]);
-  const int way = ahead < 0 ? -1 : 1;
-  add_rim(m, a, b.middle, way);
-  add_rim(m, b, a.middle, way);
-  const int turn = find_turn(a, b);
-  uint32_t* out = m.indices + 3 * size_t(m.triangle_count);
-  m.triangle_count += kTubeTriangles;
-  auto triangle = [&](uint32_t p, uint32_t q, uint32_t r, uint32_t* place) {
-    uint32_t* const t = place ? place : out;
-    t[0] = p, t[1] = q, t[2] = r;
-    if (!place) out += 3;
-  };
-  for (int i = 0; i < 3; i++) {
-    const int j = (i + 1) % 3, s = (turn + 3 - i) % 3, r = (s + 2) % 3;
-    triangle(a.corner[i], a.corner[j], a.rim[j], i == 0 ? m.indices + 3 * size_t(x) : nullptr);
-    triangle(b.corner[i], b.corner[j], b.rim[j], i == 0 ? m.indices + 3 * size_t(y) : nullptr);
-    triangle(a.corner[i], a.rim[j], a.rim[i], nullptr);
-    triangle(b.corner[i], b.rim[j], b.rim[i], nullptr);
-    triangle(a.rim[i], a.rim[j], b.rim[r], nullptr);
-    triangle(a.rim[i], b.rim[r], b.rim[s], nullptr);
+  find_rim(a, b.middle, ahead < 0 ? -1 : 1);
+  find_rim(b, a.middle, ahead < 0 ? -1 : 1);
+  const uint32_t turn = find_turn(a, b), first = m.vertex_count;
+  uint32_t vertex[12];
+  for (uint32_t i = 0; i < 3; i++) {
+    const uint32_t reverse = (turn + 3 - i) % 3;
+    vertex[i] = place_x[i], vertex[3 + i] = place_y[reverse];
+    vertex[6 + i] = first + i, vertex[9 + i] = first + 3 + i;
+    for (uint32_t k = 0; k < 3; k++) {
+      m.positions[3 * size_t(first + i) + k] = float(a.rim[i][k]);
+      m.positions[3 * size_t(first + 3 + i) + k] = float(b.rim[reverse][k]);
+    }
   }
+  for (uint32_t t = 0; t < 2 + kTubeTriangles; t++) {
+    uint32_t* const place = t == 0   ? place_x
+                            : t == 1 ? place_y
+                                     : m.indices + 3 * size_t(m.triangle_count + t - 2);
+    for (int k = 0; k < 3; k++) place[k] = vertex[kTube[t][k]];
+  }
+  m.vertex_count += kTubeVertices, m.triangle_count += kTubeTriangles;
   return true;
 }
 

@@ -976,7 +976,7 @@ class TubeEnd:  # 12.10
         self.middle = tuple(quotient(sum(q[k] for q in p), 3) for k in range(3))
         self.normal = unit(cross(minus(p[1], p[0]), minus(p[2], p[0])))
 
-    def places(self, to, way):
+    def rim(self, to, way):
         square = lambda d: dot(d, d)
         d = minus(to, self.middle)
         length = root(square(d))
@@ -1307,17 +1307,17 @@ class Gaps:
             ends = [TubeEnd(mesh, t) for t in (x, y)]
             d = minus(ends[1].middle, ends[0].middle)
             way = 1 if dot(d, minus(ends[0].normal, ends[1].normal)) >= 0 else -1
-            for end, other in zip(ends, reversed(ends)):
-                end.rim = [self.add_vertex(p) for p in end.places(other.middle, way)]
-            (c, a), (e, b) = ((end.corners, end.rim) for end in ends)
-            far = lambda p, q: sum((s - t) ** 2 for s, t in zip(mesh.positions[p], mesh.positions[q]))
-            turn = min(range(3), key=lambda turn: sum(far(a[i], b[(turn - i) % 3]) for i in range(3)))
+            rims = [list(end.rim(other.middle, way)) for end, other in zip(ends, reversed(ends))]
+            square = lambda d: dot(d, d)
+            turn = min(range(3), key=lambda turn: sum(square(minus(rims[0][i], rims[1][turn - i])) for i in range(3)))
+            a, b = ends[0].corners, [ends[1].corners[turn - i] for i in range(3)]
+            u = [self.add_vertex(p) for p in rims[0]]
+            v = [self.add_vertex(rims[1][turn - i]) for i in range(3)]
             tube = []
             for i in range(3):
                 j = (i + 1) % 3
-                s, r = b[(turn - i) % 3], b[(turn - j) % 3]
-                tube += [(c[i], c[j], a[j]), (e[i], e[j], b[j]), (c[i], a[j], a[i]), (e[i], b[j], b[i]),
-                         (a[i], a[j], r), (a[i], r, s)]
+                tube += [(a[i], a[j], u[j]), (b[j], b[i], v[i]), (a[i], u[j], u[i]), (b[j], v[i], v[j]),
+                         (u[i], u[j], v[j]), (u[i], v[j], v[i])]
             mesh.triangles[x], mesh.triangles[y] = tube[:2]
             mesh.triangles += tube[2:]
 
