@@ -19,6 +19,7 @@
 #include "golden.h"
 #include "mask.h"
 #include "patch_table.h"
+#include "resample/clean_mask.h"
 #include "resample/elevation_map.h"
 #include "restore.h"
 #include "span_context.h"
@@ -866,6 +867,37 @@ TEST(Bisk, AllocationByRateAndDistortionBeatsTheEvenOne) {
     EXPECT_GT(by_rd[1], evenly[1]) << n << ": the smooth patch got as many bits";
     EXPECT_LT(by_rd[0], evenly[0]) << n;
   }
+}
+
+// --- masks ---
+
+// Single pixels that stick out of a straight border are gone, and notches are filled; not so along the end of
+// the surface, and a corner keeps all but its tip.
+TEST(SmoothBorder, TakesAwayJitterButNotAlongTheSurfacesEnd) {
+  ElevationMap map;
+  map.width = 20, map.height = 14;
+  map.mask.assign(20 * 14, 0);
+  map.z.assign(map.mask.size(), 0);
+  FineRaster fine;
+  fine.width = 19 * kOversampling + 1, fine.height = 13 * kOversampling + 1;
+  fine.owner.assign(size_t(fine.width) * fine.height, 2);
+  auto pixel = [&](int x, int y) -> uint8_t& { return map.mask[size_t(y * 20 + x)]; };
+  for (int y = 0; y < 14; y++)
+    for (int x = 0; x < 20; x++) {
+      pixel(x, y) = y >= 4 && x < 16;
+      if (y < 4 && x < 6) fine.owner[(size_t(y) * fine.width + size_t(x)) * kOversampling] = 0;
+    }
+  const std::vector<uint8_t> straight = map.mask;
+  pixel(3, 3) = 1, pixel(4, 4) = 0;   // at the surface's end
+  pixel(9, 3) = 1, pixel(12, 4) = 0;  // between patches
+  pixel(16, 9) = 1, pixel(15, 11) = 0;
+  smooth_border(map, fine);
+  EXPECT_EQ(pixel(3, 3), 1);
+  EXPECT_EQ(pixel(4, 4), 0);
+  pixel(3, 3) = 0, pixel(4, 4) = 1;
+  EXPECT_EQ(pixel(15, 4), 0);  // the corner's tip
+  pixel(15, 4) = 1;
+  EXPECT_EQ(map.mask, straight);
 }
 
 // --- streams ---

@@ -9,6 +9,7 @@
 #include "code/quantise.h"
 #include "code/range_encoder.h"
 #include "fit/least_squares.h"
+#include "resample/clean_mask.h"
 #include "resample/punch_holes.h"
 
 namespace relief {
@@ -79,6 +80,7 @@ std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patc
   const double spacing = in.spacing * quarter_power(-resolution);
   FineRaster fine;
   ElevationMap map = sample_patch(in.surface, in.ownership, in.patches, int(patch), spacing, fine);
+  smooth_border(map, fine);
   if (map.pixels) clean_mask(map, fine);
   if (map.pixels) cut_cliffs(map, in.patches[patch].frame, in.distance);
   drop_islands(map);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "resample/clean_mask.h"
+
 namespace relief {
 namespace {
 

@@ -45,15 +45,4 @@ ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
                           const std::vector<PatchFaces>& patches, int index, double spacing,
                           FineRaster& fine);
 
-// Makes a mask fit for meshing: fills holes of at most 12 pixels, drops islands of fewer than 4, pixels in no
-// triangle and pixels where the border touches itself. New pixels get the elevation of the raster. Updates
-// map.pixels.
-void clean_mask(ElevationMap& map, const FineRaster& fine);
-
-// Drops islands of fewer than 8 pixels beside larger ones: alone they would close to specks.
-void drop_islands(ElevationMap& map);
-
-// Drops pixels in no triangle and pixels where the border touches itself, until there are none.
-void drop_unmeshable(ElevationMap& map);
-
 }  // namespace relief

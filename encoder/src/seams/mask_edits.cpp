@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "resample/elevation_map.h"
+#include "resample/clean_mask.h"
 
 namespace relief {
 
