@@ -125,7 +125,7 @@ class Search {
         continue;
       }
       const double next = now_.bracket.next(x_, y);
-      if (std::fabs(now_.best_y) < near || next == x_) break;
+      if (std::min(std::fabs(y), std::fabs(now_.best_y)) < near || next == x_) break;
       x_ = next;
     }
     if (is_split() && whole_->best_rank < now_.best_rank) take_back();
