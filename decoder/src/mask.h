@@ -1,5 +1,6 @@
 // Support masks (3.5): an adaptive context arithmetic coder after Langdon and Rissanen 1981, four templates
-// of 4 to 22 pixels mixed. Integers only. Shared with the encoder.
+// of 4 to 22 pixels mixed. A border is the same seen from inside and from outside: all pixels are compared
+// with the one to the left. Integers only. Shared with the encoder.
 #pragma once
 #include "format.h"
 #include "mixing.h"
@@ -8,18 +9,18 @@
 namespace relief {
 
 constexpr int kMaskTemplates = 4;
-constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 4, 1u << 10, 1u << 16, 1u << 16};
+constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 3, 1u << 9, 1u << 15, 1u << 16};
 
 struct MaskModels {
   Logistic logistic;
-  Model t4[kMaskSizes[0]], t10[kMaskSizes[1]], t16[kMaskSizes[2]], t22[kMaskSizes[3]];
-  int32_t weight[1024][kMaskTemplates];  // 16.16, by the 10-pixel template
+  Model t3[kMaskSizes[0]], t9[kMaskSizes[1]], t15[kMaskSizes[2]], t21[kMaskSizes[3]];
+  int32_t weight[kMaskSizes[1]][kMaskTemplates];  // 16.16, by the 10-pixel template
   RELIEF_COLD void init() {
     logistic.init();
-    for (Model& m : t4) m = kModelInit;
-    for (Model& m : t10) m = kModelInit;
-    for (Model& m : t16) m = kModelInit;
-    for (Model& m : t22) m = kModelInit;
+    for (Model& m : t3) m = kModelInit;
+    for (Model& m : t9) m = kModelInit;
+    for (Model& m : t15) m = kModelInit;
+    for (Model& m : t21) m = kModelInit;
     for (auto& set : weight)
       for (int32_t& w : set) w = 23000;  // 0.35
   }
@@ -66,10 +67,15 @@ struct Surroundings {
 // One pixel where several models are asked.
 template <class Coder>
 RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, const Surroundings& around, int bit) {
-  const uint32_t c10 = around.c10();
-  Model* const m[kMaskTemplates] = {&models.t4[around.c4()], &models.t10[c10], &models.t16[around.c16()],
-                                    &models.t22[(around.c22() * 0x9E3779B1u) >> 16]};
-  return code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c10], bit);
+  const uint32_t side = around.before & 1;
+  // which pixels of a template differ from the one to the left, which is its first
+  auto compared = [&](uint32_t c, uint32_t size) { return (c ^ (0u - side)) >> 1 & (size - 1); };
+  const uint32_t c9 = compared(around.c10(), kMaskSizes[1]);
+  Model* const m[kMaskTemplates] = {&models.t3[compared(around.c4(), kMaskSizes[0])], &models.t9[c9],
+                                    &models.t15[compared(around.c16(), kMaskSizes[2])],
+                                    &models.t21[compared(around.c22(), 1u << 21) * 0x9E3779B1u >> 16]};
+  return int(side) ^ code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c9],
+                                                                bit ^ int(side));
 }
 
 // If the pixel before p is deep outside (0) or inside (1), how many from p on are so, by the rows above. At
@@ -98,16 +104,16 @@ void code_mask(Coder& outer, MaskModels& models, uint8_t* rows, uint32_t width, 
         continue;
       }
       // deep outside or inside: one model, most pixels
-      Model m = models.t16[c16];
+      Model m = models.t15[0];
       const uint32_t side = c16 & 1;
       uint32_t bit;
       for (int more = 0;; more--) {
-        bit = uint32_t(code_bit<1000>(*coder, m, *p));
+        bit = side ^ uint32_t(code_bit<1000>(*coder, m, *p ^ int(side)));
         *p++ = uint8_t(bit);
         if (bit != side || p >= end) break;
         if (more == 0 && (more = as_deep(p, s, side)) == 0) break;
       }
-      models.t16[c16] = m;
+      models.t15[0] = m;
       around.before = (side ? 14u : 0u) | bit;
     }
   }

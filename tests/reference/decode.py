@@ -285,10 +285,10 @@ def read_table(stream, coder, limits):
 
 # --- 6 Masks ---
 
-C4 = ((-1, 0), (0, -1), (1, -1), (-1, -1))
-C10 = ((-1, 0), (-2, 0), (-2, -1), (-1, -1), (0, -1), (1, -1), (2, -1), (-1, -2), (0, -2), (1, -2))
-C16 = C10 + ((-3, 0), (3, -1), (-3, -1), (2, -2), (-2, -2), (0, -3))
-C22 = C16 + ((-4, 0), (4, -1), (1, -3), (-1, -3), (3, -2), (-3, -2))
+C3 = ((0, -1), (1, -1), (-1, -1))
+C9 = ((-2, 0), (-2, -1), (-1, -1), (0, -1), (1, -1), (2, -1), (-1, -2), (0, -2), (1, -2))
+C15 = C9 + ((-3, 0), (3, -1), (-3, -1), (2, -2), (-2, -2), (0, -3))
+C21 = C15 + ((-4, 0), (4, -1), (1, -3), (-1, -3), (3, -2), (-3, -2))
 
 
 class Lazy(dict):
@@ -305,7 +305,7 @@ class Lazy(dict):
 
 class MaskModels:
     def __init__(self):
-        self.t4, self.t10, self.t16, self.t22 = (Lazy(lambda _: fresh()) for _ in range(4))
+        self.t3, self.t9, self.t15, self.t21 = (Lazy(lambda _: fresh()) for _ in range(4))
         self.weights = Lazy(lambda _: [23000] * 4)
 
 
@@ -313,17 +313,19 @@ def read_mask(coder, models, width, height):
     rows = [[0] * (width + 8) for _ in range(height + 3)]
     for y in range(height):
         for x in range(width):
+            w = rows[y + 3][x + 3]
+
             def context(pixels):
-                return sum(rows[y + 3 + dy][x + 4 + dx] << i for i, (dx, dy) in enumerate(pixels))
-            c16 = context(C16)
-            if c16 in (0, 65535):
-                b = coder.adaptive(models.t16[c16], 1000)
+                return sum((rows[y + 3 + dy][x + 4 + dx] ^ w) << i for i, (dx, dy) in enumerate(pixels))
+            c15 = context(C15)
+            if c15 == 0:
+                differs = coder.adaptive(models.t15[0], 1000)
             else:
-                c10, c22 = context(C10), context(C22)
-                m = (models.t4[context(C4)], models.t10[c10], models.t16[c16],
-                     models.t22[(c22 * 0x9E3779B1 & 0xffffffff) >> 16])
-                b = coder.mixed(m, models.weights[c10], 400, 14)
-            rows[y + 3][x + 4] = b
+                c9, c21 = context(C9), context(C21)
+                m = (models.t3[context(C3)], models.t9[c9], models.t15[c15],
+                     models.t21[(c21 * 0x9E3779B1 & 0xffffffff) >> 16])
+                differs = coder.mixed(m, models.weights[c9], 400, 14)
+            rows[y + 3][x + 4] = w ^ differs
     return [row[4:4 + width] for row in rows[3:]]
 
 
