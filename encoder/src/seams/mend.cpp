@@ -9,7 +9,10 @@ namespace {
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr double kFoldScore = 6;
-constexpr int kVainRounds = 1;     // without getting better
+constexpr int kVainRounds = 2;  // without getting better
+// With more folds than so few there may be so many rounds more.
+constexpr size_t kFewFolds = 8;
+constexpr int kRoundsForFolds = 4;
 constexpr int kNeedfulRounds = 2;  // after those, for what must not stay
 constexpr double kCoincidentScore = 1000;
 constexpr double kAround = 2.5;  // spacings; so far around a pixel triangles change without it
@@ -92,8 +95,9 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   KnownTriangles known;
   MaskFaults faults;
   std::vector<Cluster> taken;  // in the round before
+  int more = 0;
   for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
-    const bool needful = round >= rounds || vain > kVainRounds;
+    const bool needful = round >= rounds + more || vain > kVainRounds;
     last += needful;
     const StreamParts parts = code_stream(edits.patches(), placement, quantised);
     const SeamContext in(parts, edits.patches(), input, known);
@@ -104,6 +108,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     const double lost_before = faults.lost;
     const GapError error = error_of(in, a);
     const std::vector<Fold> folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded);
+    more = rounds > 0 && folds.size() > kFewFolds ? kRoundsForFolds : 0;
     const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
     const double score = 10 * a.mismatch + kFoldScore * double(folds.size()) + count +
