@@ -1,4 +1,4 @@
-// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tubes.
+// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tube.
 #pragma once
 #include "container.h"
 #include "gaps.h"

@@ -2,7 +2,7 @@
 //
 // Every node (border vertex) looks for the nearest node that faces it (gap_partners); the pairs are links.
 // Links and borders cut the space between the patches into faces (gap_links); each face is closed by
-// triangles (gap_faces). Handles too small for that are tubes (tubes). All decisions are made with integers.
+// triangles (gap_faces). Handles too small for that are tubes (tube). All decisions are made with integers.
 #include "gaps.h"
 
 #include "gap_state.h"

@@ -1,4 +1,4 @@
-// Handles of the surface that are smaller than the grid, as tubes; see decoder/src/tubes.cpp.
+// Handles of the surface that are smaller than the grid, as tubes; see decoder/src/tube.cpp.
 #pragma once
 #include "seams/attempt.h"
 

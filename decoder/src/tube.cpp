@@ -2,10 +2,9 @@
 // smaller than the grid. A tube joins two triangles of patches. Each gets a small triangle within, which is
 // taken away, and its rim is joined to the other's. All edges but those of the two triangles are new:
 // whichever two they are the mesh stays a manifold, and has one handle more (or one component less).
-#include <string.h>
+#include "tube.h"
 
 #include "gap_state.h"
-#include "tube.h"
 
 namespace relief {
 namespace {
