@@ -60,22 +60,6 @@ std::vector<uint32_t> match_and_count(const TriangleMesh& mesh, const Triangles&
   return opposite;
 }
 
-// Walks along the edges without an opposite: from the end of one, around the fan to the next. Counts closed
-// walks that hold an open edge (others run along non-manifold edges only).
-uint64_t count_loops(const std::vector<uint32_t>& opposite, const std::vector<char>& open) {
-  std::vector<char> seen(opposite.size(), 0);
-  uint64_t loops = 0;
-  for (uint32_t start = 0; start < opposite.size(); start++) {
-    if (!open[start] || seen[start]) continue;
-    loops++;
-    for (uint32_t h = start; !seen[h];) {
-      seen[h] = 1;
-      for (h = next_half_edge(h); opposite[h] != kNoHalfEdge;) h = next_half_edge(opposite[h]);
-    }
-  }
-  return loops;
-}
-
 }  // namespace
 
 Topology topology(const TriangleMesh& mesh, bool by_position) {
@@ -94,7 +78,8 @@ Topology topology(const TriangleMesh& mesh, bool by_position) {
     n = char(std::min(n + 1, 2));
   });
   result.nonmanifold_vertices = uint64_t(std::count(fans.begin(), fans.end(), 2));
-  result.boundary_loops = count_loops(opposite, open);
+  // other loops run along non-manifold edges only
+  result.boundary_loops = count_loops(opposite, [&](uint32_t h) { return open[h] != 0; });
   bool manifold = result.nonmanifold_edges == 0 && result.nonmanifold_vertices == 0;
   result.genus =
       manifold ? (2 * int64_t(result.components) - result.euler - int64_t(result.boundary_loops)) / 2 : -1;

@@ -66,4 +66,21 @@ std::vector<uint32_t> label_fans(const std::vector<uint32_t>& opposite, Start st
   return fan;
 }
 
+// Walks along the edges without an opposite: from the end of one, around the fan to the next. Counts closed
+// walks that begin at a half-edge which is one of `is_open`.
+template <class IsOpen>
+uint64_t count_loops(const std::vector<uint32_t>& opposite, IsOpen is_open) {
+  std::vector<char> seen(opposite.size(), 0);
+  uint64_t loops = 0;
+  for (uint32_t start = 0; start < opposite.size(); start++) {
+    if (!is_open(start) || seen[start]) continue;
+    loops++;
+    for (uint32_t h = start; !seen[h];) {
+      seen[h] = 1;
+      for (h = next_half_edge(h); opposite[h] != kNoHalfEdge;) h = next_half_edge(opposite[h]);
+    }
+  }
+  return loops;
+}
+
 }  // namespace relief

@@ -133,22 +133,26 @@ class Balls {
     return !queue_.empty();
   }
 
-  // Of the faces within r, split where they touch in a vertex only.
-  int64_t genus(double r) {
+  // The faces of which all corners are within r.
+  void gather_faces(double r) {
     faces_.clear();
+    auto within = [&](int v) { return distance_[size_t(v)] <= r; };
     for (uint32_t v : ball_)
       for (uint32_t i = e_.begin[v]; i < e_.begin[v + 1]; i++) {
         const uint32_t f = e_.half_edges[i] / 3;
         const auto& [a, b, c] = s_.faces[f];
-        if (number_[f] != UINT32_MAX || distance_[size_t(a)] > r || distance_[size_t(b)] > r ||
-            distance_[size_t(c)] > r)
-          continue;
+        if (number_[f] != UINT32_MAX || !within(a) || !within(b) || !within(c)) continue;
         number_[f] = uint32_t(faces_.size());
         faces_.push_back(f);
       }
+  }
+
+  // Of the faces within r, split where they touch in a vertex only.
+  int64_t genus(double r) {
+    gather_faces(r);
     std::vector<uint32_t> opposite(3 * faces_.size(), kNoHalfEdge);
     Sets pieces(faces_.size());
-    int64_t border = 0, vertices = 0, loops = 0;
+    int64_t border = 0, vertices = 0;
     for (uint32_t h = 0; h < opposite.size(); h++) {
       const uint32_t o = e_.opposite[3 * faces_[h / 3] + h % 3];
       const uint32_t n = o == kNoHalfEdge ? UINT32_MAX : number_[o / 3];
@@ -158,15 +162,7 @@ class Balls {
         opposite[h] = 3 * n + o % 3, pieces.join(h / 3, n);
     }
     label_fans(opposite, [&](uint32_t) { vertices++; });
-    std::vector<char> seen(opposite.size(), 0);
-    for (uint32_t start = 0; start < opposite.size(); start++) {
-      if (opposite[start] != kNoHalfEdge || seen[start]) continue;
-      loops++;
-      for (uint32_t h = start; !seen[h];) {
-        seen[h] = 1;
-        for (h = next_half_edge(h); opposite[h] != kNoHalfEdge;) h = next_half_edge(opposite[h]);
-      }
-    }
+    const auto loops = int64_t(count_loops(opposite, [&](uint32_t h) { return opposite[h] == kNoHalfEdge; }));
     for (uint32_t f : faces_) number_[f] = UINT32_MAX;
     const int64_t faces = int64_t(faces_.size()), edges = (3 * faces + border) / 2;
     return (2 * int64_t(pieces.count()) - (vertices - edges + faces) - loops) / 2;
