@@ -8,6 +8,7 @@ namespace relief {
 namespace {
 
 constexpr float kNegligible = 1e-4f;
+constexpr float kStay = 0.5f;  // of a vertex's weights, each round
 constexpr int kBand = 12;  // edges from where labels meet; 40 rounds spread a label by about 6
 
 // Vertices of every vertex, as compressed rows.
@@ -50,14 +51,14 @@ std::vector<int> band_of(const Ownership& o, const Neighbours& n, int rounds) {
   return band;
 }
 
+// The only label at a vertex, or -1.
+int pure_label(const LabelWeights& w) { return w.size() == 1 ? w[0].first : -1; }
+
 // Whether a vertex and all of its neighbours have one and the same label.
-bool same_label(const Ownership& o, const Neighbours& n, int v) {
-  const LabelWeights& w = o.vertex[size_t(v)];
-  if (w.size() != 1) return false;
-  for (int k = n.begin[v]; k < n.begin[v + 1]; k++) {
-    const LabelWeights& u = o.vertex[size_t(n.vertex[size_t(k)])];
-    if (u.size() != 1 || u[0].first != w[0].first) return false;
-  }
+bool same_label(const std::vector<int>& pure, const Neighbours& n, int v) {
+  if (pure[size_t(v)] < 0) return false;
+  for (int k = n.begin[v]; k < n.begin[v + 1]; k++)
+    if (pure[size_t(n.vertex[size_t(k)])] != pure[size_t(v)]) return false;
   return true;
 }
 
@@ -107,23 +108,27 @@ Ownership diffuse_labels(const Surface& surface, const Partition& partition, int
   }
   const Neighbours n = neighbours_of(surface);
   const std::vector<int> band = band_of(o, n, kBand);
+  std::vector<int> pure(o.vertex.size());
+  for (size_t v = 0; v < pure.size(); v++) pure[v] = pure_label(o.vertex[v]);
   std::vector<LabelWeights> next(band.size());
   for (int r = 0; r < rounds; r++) {
     tbb::parallel_for(size_t(0), band.size(), [&](size_t i) {
       const int v = band[i];
       LabelWeights& w = next[i];
-      if (same_label(o, n, v)) {
-        w = o.vertex[size_t(v)];
-        return;
-      }
       w.clear();
-      for (auto& [l, x] : o.vertex[size_t(v)]) w.add(l, x * 0.5f);
-      const float share = 0.5f / float(n.begin[v + 1] - n.begin[v]);
+      if (same_label(pure, n, v)) return;
+      for (auto& [l, x] : o.vertex[size_t(v)]) w.add(l, x * kStay);
+      const float share = (1 - kStay) / float(n.begin[v + 1] - n.begin[v]);
       for (int k = n.begin[v]; k < n.begin[v + 1]; k++)
         for (auto& [l, x] : o.vertex[size_t(n.vertex[size_t(k)])]) w.add(l, x * share);
       w.drop_below(kNegligible);
     });
-    for (size_t i = 0; i < band.size(); i++) std::swap(o.vertex[size_t(band[i])], next[i]);
+    tbb::parallel_for(size_t(0), band.size(), [&](size_t i) {
+      if (next[i].size() == 0) return;
+      const size_t v = size_t(band[i]);
+      o.vertex[v] = next[i];
+      pure[v] = pure_label(next[i]);
+    });
   }
   return o;
 }

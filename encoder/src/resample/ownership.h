@@ -37,7 +37,7 @@ struct Ownership {
   int only_label(const std::array<int, 3>& face) const;
 };
 
-// rounds: steps of diffusion, each half of the way to the mean of the neighbours.
+// rounds: steps of diffusion, each some of the way to the mean of the neighbours.
 Ownership diffuse_labels(const Surface& surface, const Partition& partition, int rounds);
 
 }  // namespace relief
