@@ -77,12 +77,13 @@ double whole_loss(const AllocationInput& in, size_t patch) {
   return area * (hi - lo).squaredNorm() / 12;
 }
 
-std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, size_t patch, int resolution) {
+std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, const PatchSampler& sampler,
+                                          size_t patch, int resolution) {
   auto c = std::make_unique<Candidate>();
   c->distortion.lost = whole_loss(in, patch);
   const double spacing = in.spacing * quarter_power(-resolution);
   FineRaster fine;
-  ElevationMap map = sample_patch(in.surface, in.ownership, in.patches, int(patch), spacing, fine);
+  ElevationMap map = sampler.sample(spacing, fine);
   smooth_border(map, fine);
   if (map.pixels) clean_mask(map, fine);
   if (map.pixels) cut_cliffs(map, in.patches[patch].frame, in.distance);
@@ -113,15 +114,14 @@ double step_for(double lambda, double spacing) { return std::sqrt(lambda / kTrad
 
 // The resolution that suits most patches.
 int usual_resolution(double lambda, double coarsest_spacing) {
-  const double spacing = kUsualSpacing * kLatticeDiagonal *
-                         std::pow(lambda / std::pow(kLatticeDiagonal, 4), kUsualSpacingSlope);
+  const double spacing =
+      kUsualSpacing * kLatticeDiagonal * std::pow(lambda / std::pow(kLatticeDiagonal, 4), kUsualSpacingSlope);
   return std::clamp(int(std::lround(4 * std::log2(coarsest_spacing / spacing))), 0, kFinest);
 }
 
 }  // namespace
 
-Allocator::Allocator(const AllocationInput& input)
-    : in_(input), made_(input.patches.size()) {
+Allocator::Allocator(const AllocationInput& input) : in_(input), made_(input.patches.size()) {
   // the largest patch of each component must not vanish
   std::vector<size_t> largest(in_.surface.component_area.size(), SIZE_MAX);
   for (size_t p = 0; p < in_.patches.size(); p++) {
@@ -148,9 +148,17 @@ void Allocator::for_each_patch(Visit visit) const {
       tbb::simple_partitioner());
 }
 
+// A thread tries one patch after the other.
+const PatchSampler& Allocator::sampler_of(size_t patch) {
+  LastSampler& last = samplers_.local();
+  if (!last.sampler || last.patch != patch)
+    last = {patch, std::make_unique<PatchSampler>(in_.surface, in_.ownership, in_.patches, patch)};
+  return *last.sampler;
+}
+
 const Candidate& Allocator::candidate(size_t patch, int resolution) {
   auto& made = made_[patch][resolution];
-  if (!made) made = make_candidate(in_, patch, resolution);
+  if (!made) made = make_candidate(in_, sampler_of(patch), patch, resolution);
   return *made;
 }
 

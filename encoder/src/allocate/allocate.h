@@ -1,5 +1,7 @@
 // Lagrangian bit allocation (3.6), including the choice of grid resolution for every patch.
 #pragma once
+#include <tbb/enumerable_thread_specific.h>
+
 #include <map>
 #include <memory>
 #include <vector>
@@ -52,6 +54,12 @@ class Allocator {
                                 std::vector<int>& patch_number);
 
  private:
+  struct LastSampler {
+    size_t patch;
+    std::unique_ptr<PatchSampler> sampler;
+  };
+
+  const PatchSampler& sampler_of(size_t patch);
   const Candidate& candidate(size_t patch, int resolution);
   double cost(size_t patch, int resolution, double lambda);
   void train(double lambda);
@@ -62,6 +70,7 @@ class Allocator {
 
   AllocationInput in_;
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;
+  tbb::enumerable_thread_specific<LastSampler> samplers_;
   std::vector<int> start_;                     // where each patch's search begins: its last choice
   std::vector<size_t> by_size_;                // patches, those with the most faces first
   std::vector<char> must_live_;                // patches of components that would vanish with them

@@ -48,51 +48,35 @@ std::vector<int> ring_of(const Surface& s, const Partition& p, const PatchFaces&
   return ring;
 }
 
-struct Projected {
-  double x[3], y[3], z[3];
-};
-
 // Rasterises the faces of a patch and around it onto the fine grid (3.4) and tells for each point who owns
 // it.
 class Rasteriser {
  public:
-  Rasteriser(const Surface& s, const Ownership& o, const std::vector<PatchFaces>& patches, int index,
+  Rasteriser(const Surface& s, const Ownership& o, const std::vector<PatchFaces>& patches, size_t index,
              const ElevationMap& map, FineRaster& fine)
-      : s_(s), o_(o), patches_(patches), index_(index), fine_(fine), map_width_(map.width) {
-    const Frame& f = patches[size_t(index)].frame;
-    e1_ = vec(f.e1), e2_ = vec(f.e2), n_ = vec(f.n);
+      : s_(s),
+        o_(o),
+        patches_(patches),
+        index_(int(index)),
+        n_(vec(patches[index].frame.n)),
+        fine_(fine),
+        map_width_(map.width) {
     scale_ = kOversampling / map.spacing;
     ox_ = double(map.x0) * kOversampling, oy_ = double(map.y0) * kOversampling;
     oz_ = map.z0 * map.spacing;
   }
 
-  void face(int f, bool own) {
-    const auto& v = s_.faces[f];
-    const int only = o_.only_label(v);
-    const uint8_t owner = only >= 0 ? (only == index_ ? 1 : 2) : (own ? 1 : 2);
-    Projected t;
-    for (int k = 0; k < 3; k++) {
-      const Vec3& p = s_.vertices[v[k]];
-      t.x[k] = p.dot(e1_) * scale_ - ox_;
-      t.y[k] = p.dot(e2_) * scale_ - oy_;
-      t.z[k] = p.dot(n_) - oz_;
-    }
+  void face(const ProjectedFace& p) {
+    ProjectedFace t;
+    for (int k = 0; k < 3; k++) t.x[k] = p.x[k] * scale_ - ox_, t.y[k] = p.y[k] * scale_ - oy_;
+    int x0, x1, y0, y1;
+    if (!range(t.x, fine_.width, x0, x1) || !range(t.y, fine_.height, y0, y1)) return;
     const double area = (t.x[1] - t.x[0]) * (t.y[2] - t.y[0]) - (t.x[2] - t.x[0]) * (t.y[1] - t.y[0]);
     if (area <= 1e-12) return;  // turned away from the plane
-    fill(f, t, area, owner, only < 0);
-  }
-
- private:
-  void fill(int f, const Projected& t, double area, uint8_t owner, bool mixed) {
-    auto range = [](const double* v, uint32_t size, int& lo, int& hi) {
-      lo = std::max(0, int(std::ceil(std::min({v[0], v[1], v[2]}) - 1e-6)));
-      hi = std::min(int(size) - 1, int(std::floor(std::max({v[0], v[1], v[2]}) + 1e-6)));
-    };
-    int x0, x1, y0, y1;
-    range(t.x, fine_.width, x0, x1);
-    range(t.y, fine_.height, y0, y1);
+    for (int k = 0; k < 3; k++) t.z[k] = p.z[k] - oz_;
+    const bool mixed = p.owner == ProjectedFace::kMixed;
+    if (mixed) find_claims(p.face);
     const double tiny = -1e-7 * area;
-    if (mixed && x0 <= x1 && y0 <= y1) find_claims(f);
     for (int y = y0; y <= y1; y++)
       for (int x = x0; x <= x1; x++) {
         const size_t i = size_t(y) * fine_.width + size_t(x);
@@ -101,11 +85,19 @@ class Rasteriser {
         const double opposite_1 = (t.x[2] - x) * (t.y[0] - y) - (t.x[0] - x) * (t.y[2] - y);
         if (opposite_0 < tiny || opposite_1 < tiny || area - opposite_0 - opposite_1 < tiny) continue;
         const double a = opposite_0 / area, b = opposite_1 / area, c = 1 - a - b;
-        fine_.owner[i] = mixed ? owner_at(a, b, c) : owner;
-        fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2] + bulge_at(f, a, b, c));
+        fine_.owner[i] = mixed ? owner_at(a, b, c) : p.owner;
+        fine_.z[i] = float(a * t.z[0] + b * t.z[1] + c * t.z[2] + bulge_at(p.face, a, b, c));
         if (x % kOversampling == 0 && y % kOversampling == 0)
-          fine_.face[size_t(y / kOversampling) * map_width_ + size_t(x / kOversampling)] = f;
+          fine_.face[size_t(y / kOversampling) * map_width_ + size_t(x / kOversampling)] = p.face;
       }
+  }
+
+ private:
+  // Rows or columns that a face may cover. False: there are none.
+  static bool range(const double* v, uint32_t size, int& lo, int& hi) {
+    lo = std::max(0, int(std::ceil(std::min({v[0], v[1], v[2]}) - 1e-6)));
+    hi = std::min(int(size) - 1, int(std::floor(std::max({v[0], v[1], v[2]}) + 1e-6)));
+    return lo <= hi;
   }
 
   // Of point clouds: how much higher over the plane the surface lies than the face. The quadratic with the
@@ -153,31 +145,12 @@ class Rasteriser {
   const Ownership& o_;
   const std::vector<PatchFaces>& patches_;
   int index_;
+  const Vec3 n_;
   FineRaster& fine_;
   size_t map_width_;
-  Vec3 e1_, e2_, n_;
   double scale_, ox_, oy_, oz_;
   std::vector<Claim> claims_;  // of the face at hand, where several have a part of it
 };
-
-// The rectangle of the grid that holds the patch, with room for pixels that its diffused border gains.
-void place_grid(const Surface& s, const PatchFaces& patch, ElevationMap& map) {
-  const Vec3 e1 = vec(patch.frame.e1), e2 = vec(patch.frame.e2), n = vec(patch.frame.n);
-  double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300}, area = 0, height = 0;
-  for (int f : patch.own) {
-    for (int v : s.faces[f]) {
-      const double c[2] = {s.vertices[v].dot(e1) / map.spacing, s.vertices[v].dot(e2) / map.spacing};
-      for (int k = 0; k < 2; k++) lo[k] = std::min(lo[k], c[k]), hi[k] = std::max(hi[k], c[k]);
-    }
-    area += s.areas[f];
-    height += s.areas[f] * s.vertices[s.faces[f][0]].dot(n);
-  }
-  map.x0 = int32_t(std::floor(lo[0])) - 2;
-  map.y0 = int32_t(std::floor(lo[1])) - 2;
-  map.z0 = int32_t(std::lround(area > 0 ? height / area / map.spacing : 0));
-  map.width = uint32_t(int32_t(std::ceil(hi[0])) + 3 - map.x0);
-  map.height = uint32_t(int32_t(std::ceil(hi[1])) + 3 - map.y0);
-}
 
 }  // namespace
 
@@ -200,21 +173,65 @@ std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& 
   return patches;
 }
 
-ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
-                          const std::vector<PatchFaces>& patches, int index, double spacing,
-                          FineRaster& fine) {
-  const PatchFaces& patch = patches[size_t(index)];
+PatchSampler::PatchSampler(const Surface& surface, const Ownership& ownership,
+                           const std::vector<PatchFaces>& patches, size_t index)
+    : surface_(surface), ownership_(ownership), patches_(patches), index_(index) {
+  const PatchFaces& patch = patches[index];
+  faces_.reserve(patch.own.size() + patch.ring.size());
+  project(patch.own);
+  find_bounds();
+  project(patch.ring);
+}
+
+void PatchSampler::project(const std::vector<int>& faces) {
+  const Frame& frame = patches_[index_].frame;
+  const Vec3 e1 = vec(frame.e1), e2 = vec(frame.e2), n = vec(frame.n);
+  for (int f : faces) {
+    ProjectedFace& t = faces_.emplace_back();
+    t.face = f;
+    for (int k = 0; k < 3; k++) {
+      const Vec3& p = surface_.vertices[size_t(surface_.faces[size_t(f)][size_t(k)])];
+      t.x[k] = p.dot(e1), t.y[k] = p.dot(e2), t.z[k] = p.dot(n);
+    }
+    const int only = ownership_.only_label(surface_.faces[size_t(f)]);
+    t.owner = only < 0 ? ProjectedFace::kMixed : only == int(index_) ? 1 : 2;
+  }
+}
+
+// Of the faces that are there: the patch's own.
+void PatchSampler::find_bounds() {
+  std::fill_n(lo_, 2, 1e300), std::fill_n(hi_, 2, -1e300);
+  double area = 0, height = 0;
+  for (const ProjectedFace& t : faces_) {
+    lo_[0] = std::min({lo_[0], t.x[0], t.x[1], t.x[2]}), hi_[0] = std::max({hi_[0], t.x[0], t.x[1], t.x[2]});
+    lo_[1] = std::min({lo_[1], t.y[0], t.y[1], t.y[2]}), hi_[1] = std::max({hi_[1], t.y[0], t.y[1], t.y[2]});
+    area += surface_.areas[size_t(t.face)];
+    height += surface_.areas[size_t(t.face)] * t.z[0];
+  }
+  height_ = area > 0 ? height / area : 0;
+}
+
+// The rectangle of the grid that holds the patch, with room for pixels that its diffused border gains.
+ElevationMap PatchSampler::place_grid(double spacing) const {
   ElevationMap map;
   map.spacing = spacing;
-  place_grid(surface, patch, map);
+  map.x0 = int32_t(std::floor(lo_[0] / spacing)) - 2;
+  map.y0 = int32_t(std::floor(lo_[1] / spacing)) - 2;
+  map.z0 = int32_t(std::lround(height_ / spacing));
+  map.width = uint32_t(int32_t(std::ceil(hi_[0] / spacing)) + 3 - map.x0);
+  map.height = uint32_t(int32_t(std::ceil(hi_[1] / spacing)) + 3 - map.y0);
+  return map;
+}
+
+ElevationMap PatchSampler::sample(double spacing, FineRaster& fine) const {
+  ElevationMap map = place_grid(spacing);
   fine.width = (map.width - 1) * kOversampling + 1;
   fine.height = (map.height - 1) * kOversampling + 1;
   fine.z.assign(size_t(fine.width) * fine.height, NAN);
   fine.owner.assign(fine.z.size(), 0);
   fine.face.assign(size_t(map.width) * map.height, -1);
-  Rasteriser rasteriser(surface, ownership, patches, index, map, fine);
-  for (int f : patch.own) rasteriser.face(f, true);
-  for (int f : patch.ring) rasteriser.face(f, false);
+  Rasteriser rasteriser(surface_, ownership_, patches_, index_, map, fine);
+  for (const ProjectedFace& f : faces_) rasteriser.face(f);
   map.mask.assign(size_t(map.width) * map.height, 0);
   map.z.assign(map.mask.size(), 0);
   for (uint32_t y = 0; y < map.height; y++)

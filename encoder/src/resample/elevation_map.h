@@ -40,9 +40,34 @@ struct FineRaster {
 
 std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& partition, double reach);
 
-// Samples a patch. The mask is not cleaned yet; it is empty if no pixel of the grid belongs to the patch.
-ElevationMap sample_patch(const Surface& surface, const Ownership& ownership,
-                          const std::vector<PatchFaces>& patches, int index, double spacing,
-                          FineRaster& fine);
+// A face of a patch or around it, laid into the patch's frame: lattice units.
+struct ProjectedFace {
+  static constexpr uint8_t kMixed = 3;
+  double x[3], y[3], z[3];
+  int face;
+  uint8_t owner;  // of all of it, see FineRaster; kMixed: several have a part
+};
+
+// Samples a patch at any spacing. Refers to what it was made of.
+class PatchSampler {
+ public:
+  PatchSampler(const Surface& surface, const Ownership& ownership, const std::vector<PatchFaces>& patches,
+               size_t index);
+
+  // The mask is not cleaned yet; it is empty if no pixel of the grid belongs to the patch.
+  ElevationMap sample(double spacing, FineRaster& fine) const;
+
+ private:
+  void project(const std::vector<int>& faces);
+  void find_bounds();
+  ElevationMap place_grid(double spacing) const;
+
+  const Surface& surface_;
+  const Ownership& ownership_;
+  const std::vector<PatchFaces>& patches_;
+  const size_t index_;
+  std::vector<ProjectedFace> faces_;
+  double lo_[2], hi_[2], height_ = 0;  // bounds over the plane, mean height over it
+};
 
 }  // namespace relief

@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kNegligible = 1e-4f;
 constexpr float kStay = 0.5f;  // of a vertex's weights, each round
-constexpr int kBand = 12;  // edges from where labels meet; 40 rounds spread a label by about 6
+constexpr int kBand = 12;      // edges from where labels meet; 40 rounds spread a label by about 6
 
 // Vertices of every vertex, as compressed rows.
 struct Neighbours {
