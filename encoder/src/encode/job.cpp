@@ -1,5 +1,7 @@
 #include "encode/job.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +11,7 @@ namespace relief {
 namespace {
 
 constexpr size_t kErrorSamples = 200000;  // each way
-constexpr int kDiffusionRounds = 24;
+constexpr int kDiffusionRounds = 14;
 constexpr double kRingReach = 10;    // mean vertex spacings around a patch that its raster sees
 constexpr double kBorderReach = 64;  // likewise, around the surface's border: some of a coarse grid
 constexpr double kPointHole = 2;     // likewise, least radius of a hole between points
@@ -77,6 +79,26 @@ std::vector<float> distances_of_faces(const Job& m, const TriangleMesh& decoded)
   return distances(m.surface, ErrorMeter(decoded, kErrorSamples), middles);
 }
 
+// What the result is held against: the surface's topology, border and handles, and its error meter.
+void survey(Job& m) {
+  auto find_topology = [&] {
+    m.topology = topology(in_model_units(m.surface));
+    m.border = border_of(m.surface, kBorderReach * m.spacing, m.points ? kPointHole * m.spacing : 0);
+    m.topology.boundary_loops = m.border.loops.size();
+    m.folded = folded_vertices(m.surface);
+    if (m.options.keep_handles && !m.points && m.topology.genus > 0) m.handles = handle_places(m.surface);
+  };
+  auto make_meter = [&] {
+    if (!m.surface.bulge.empty())
+      m.measured = curved_mesh(m.surface);
+    else if (m.options.min_component > 0)
+      m.measured = in_model_units(m.surface);
+    m.meter =
+        std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
+  };
+  tbb::parallel_invoke(find_topology, make_meter);
+}
+
 // What a partition leaves to do before its patches can be sampled.
 std::unique_ptr<Patching> gather(const Job& m, Partition partition, Stopwatch& watch) {
   auto p = std::make_unique<Patching>();
@@ -126,7 +148,12 @@ void partition(Job& m, Stopwatch& watch) {
   report(m.options, "partition", 0.05);
   PartitionOptions p = partition_options(m.options);
   p.progress = [&](double done) { report(m.options, "partition", 0.05 + 0.35 * done); };
-  Partition partition = partition_surface(m.surface, p);
+  Partition partition;
+  auto make_partition = [&] { partition = partition_surface(m.surface, p); };
+  if (m.meter)
+    make_partition();
+  else  // much of either is not parallel
+    tbb::parallel_invoke(make_partition, [&] { survey(m); });
   watch.lap("partition");
   report(m.options, "resample", 0.4);
   m.patching = gather(m, std::move(partition), watch);
@@ -138,18 +165,7 @@ void prepare(Job& m, Stopwatch& watch) {
   if (m.options.min_component > 0) drop_components(m.mesh, m.options.min_component, m.surface);
   if (m.points) m.points->bulge(m.surface);
   m.spacing = std::sqrt(m.surface.total_area / double(m.surface.vertices.size()));
-  m.topology = topology(in_model_units(m.surface));
-  m.border = border_of(m.surface, kBorderReach * m.spacing, m.points ? kPointHole * m.spacing : 0);
-  m.topology.boundary_loops = m.border.loops.size();
-  m.folded = folded_vertices(m.surface);
-  if (m.options.keep_handles && !m.points && m.topology.genus > 0) m.handles = handle_places(m.surface);
   watch.lap("surface");
-  if (!m.surface.bulge.empty())
-    m.measured = curved_mesh(m.surface);
-  else if (m.options.min_component > 0)
-    m.measured = in_model_units(m.surface);
-  m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
-  watch.lap("measure");
 }
 
 std::unique_ptr<Patching> split_what_is_missed(const Job& m, const TriangleMesh& decoded, double error,

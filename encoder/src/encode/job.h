@@ -66,10 +66,10 @@ void report(const EncodeOptions& o, const char* stage, double done);
 
 DistanceToSurface distance_to(const Job& m);
 
-// The surface with its border and its error meter.
+// The surface.
 void prepare(Job& m, Stopwatch& watch);
 
-// Its patches, ready to be sampled.
+// Its patches, ready to be sampled; when called first, also what else a job knows of the surface.
 void partition(Job& m, Stopwatch& watch);
 
 // The patches at hand and others for what the result of a trial misses that has this error and came of this

@@ -8,8 +8,8 @@ namespace relief {
 namespace {
 
 constexpr float kNegligible = 1e-4f;
-constexpr float kStay = 0.5f;  // of a vertex's weights, each round
-constexpr int kBand = 12;      // edges from where labels meet; 40 rounds spread a label by about 6
+constexpr float kStay = 1 / 7.0f;  // of a vertex's weights, each round
+constexpr int kBand = 12;      // edges from where labels meet; 14 rounds spread a label by about 5
 
 // Vertices of every vertex, as compressed rows.
 struct Neighbours {
