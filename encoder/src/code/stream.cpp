@@ -1,5 +1,7 @@
 #include "code/stream.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -60,34 +62,59 @@ void put_varint(std::vector<uint8_t>& out, uint32_t value) {
   out.push_back(uint8_t(value));
 }
 
+namespace {
+
+struct QuantisedImage {
+  const WaveletImage* image;
+  float step;
+  std::vector<int32_t>* q;
+};
+
+void quantise_image(const QuantisedImage& i, float trade, const CoefficientModels& learned) {
+  const auto models = std::make_unique<CoefficientModels>(learned);
+  i.q->assign(i.image->pyramid.size, 0);
+  quantise_low(*i.image, i.step, i.q->data());
+  for (int level = kLevels - 1; level >= 0; level--)
+    for (int type = 0; type < 3; type++)
+      quantise_by_trellis(*models, *i.image, level, type, i.step, trade, i.q->data());
+}
+
+template <class Coder>
+std::unique_ptr<CoefficientModels> code_quantised(Coder& coder, const std::vector<QuantisedImage>& images) {
+  auto models = std::make_unique<CoefficientModels>();
+  models->init();
+  for (const QuantisedImage& i : images)
+    code_low(coder, *models, i.image->pyramid, i.q->data(), i.image->mask.data());
+  for (int level = kLevels - 1; level >= 0; level--)
+    for (const QuantisedImage& i : images)
+      for (int type = 0; type < 3; type++)
+        code_band(coder, *models, i.image->pyramid, i.q->data(), i.image->mask.data(), level, type);
+  return models;
+}
+
+}  // namespace
+
 std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
                                  const std::vector<float>& step, float trade, QuantisedImages& known) {
-  RangeEncoder coder;
-  const auto models = std::make_unique<CoefficientModels>(), learner = std::make_unique<CoefficientModels>();
-  models->init();
-  learner->init();  // of the trellis: like the coder's, but of what seemed best row by row
-  CountingCoder counter;
-  std::vector<std::vector<int32_t>*> q;
-  std::vector<char> is_new;
+  std::vector<QuantisedImage> all, fresh;
   for (size_t i = 0; i < images.size(); i++) {
-    q.push_back(&known.of(images[i], step[i]));
-    is_new.push_back(q[i]->empty());
-    if (is_new[i]) {
-      q[i]->assign(images[i]->pyramid.size, 0);
-      quantise_low(*images[i], step[i], q[i]->data());
-    }
-    code_low(coder, *models, images[i]->pyramid, q[i]->data(), images[i]->mask.data());
+    all.push_back({images[i], step[i], &known.of(images[i], step[i])});
+    if (all.back().q->empty()) fresh.push_back(all.back());
   }
-  for (int level = kLevels - 1; level >= 0; level--)
-    for (size_t i = 0; i < images.size(); i++) {
-      for (int type = 0; type < 3; type++) {
-        if (is_new[i])
-          quantise_by_trellis(*learner, *images[i], level, type, step[i], trade, q[i]->data());
-        else
-          code_band(counter, *learner, images[i]->pyramid, q[i]->data(), images[i]->mask.data(), level, type);
-        code_band(coder, *models, images[i]->pyramid, q[i]->data(), images[i]->mask.data(), level, type);
-      }
-    }
+  auto quantise = [&] {
+    tbb::parallel_for(size_t(0), fresh.size(),
+                      [&](size_t i) { quantise_image(fresh[i], trade, *known.learned); });
+  };
+  if (!known.learned) {
+    known.learned = std::make_unique<CoefficientModels>();
+    known.learned->init();
+    quantise();
+    CountingCoder counter;
+    known.learned = code_quantised(counter, all);
+  }
+  quantise();
+  RangeEncoder coder;
+  known.learned = code_quantised(coder, all);
   return coder.finish();
 }
 

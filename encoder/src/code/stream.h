@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "code/forward_wavelet.h"
+#include "coefficients.h"
 #include "format.h"
 
 namespace relief {
@@ -55,6 +57,8 @@ class QuantisedImages {
     if (e.step != step) e = {step, {}};
     return e.q;
   }
+  // What the coder's models were in the end when the images were coded last; null before that.
+  std::unique_ptr<CoefficientModels> learned;
 
  private:
   struct Entry {
@@ -65,7 +69,7 @@ class QuantisedImages {
 };
 
 // Quantises and codes images band by band, all images' LL first, then level by level. step: of each image.
-// known: what is there already is taken as it is.
+// known: what is there already is taken as it is; what bits cost is told by what was learned then.
 std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
                                  const std::vector<float>& step, float trade, QuantisedImages& known);
 
