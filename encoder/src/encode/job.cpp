@@ -93,8 +93,7 @@ void survey(Job& m) {
       m.measured = curved_mesh(m.surface);
     else if (m.options.min_component > 0)
       m.measured = in_model_units(m.surface);
-    m.meter =
-        std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
+    m.meter = std::make_unique<ErrorMeter>(m.measured.triangles.empty() ? m.mesh : m.measured, kErrorSamples);
   };
   tbb::parallel_invoke(find_topology, make_meter);
 }

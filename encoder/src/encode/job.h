@@ -55,7 +55,7 @@ struct Job {
   std::unique_ptr<ErrorMeter> meter = nullptr;
   double spacing = 0;  // mean spacing of the input's vertices
   SurfaceBorder border = {};
-  std::vector<Vec3> folded = {};  // see folded_vertices
+  std::vector<Vec3> folded = {};          // see folded_vertices
   std::vector<HandlePlace> handles = {};  // that are to be kept
   // the surface, where that is not the mesh: components were dropped, or faces are curved
   TriangleMesh measured = {};

@@ -51,11 +51,10 @@ Bracket all_lambdas(const Job& m, double slope) {
 // A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
 Trial try_lambda(const Job& m, double lambda, bool mended, Stopwatch& watch) {
   constexpr int kMendRounds = 3;
-  constexpr size_t kShareOfSamples = 4;  // one in so many: what decides is the last word
   Sampled sampled = sample(m, lambda, watch);
   if (mended) mend(m, sampled, kMendRounds, watch);
   Trial t = code(m, sampled, false, watch);
-  t.error = measure(m, t, kShareOfSamples, watch);
+  t.error = measure_roughly(m, t, watch);
   t.lambda = lambda;
   t.sampled = std::move(sampled);
   return t;

@@ -20,7 +20,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
   double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
   double x = std::log(double(s.placement.step));
   auto measured = [&](Trial& t) {
-    t.error = measure(m, t, 1, watch);
+    t.error = measure(m, t, watch);
     return excess(t, m.options, bytes);
   };
   if (!s.mended) mend(m, s, kMendRounds, watch);

@@ -22,7 +22,7 @@ struct Trial {
   double lambda = 0;
   std::vector<uint8_t> stream, unquantised;
   TriangleMesh mesh;      // what it decodes to
-  double error = 0;       // of that, fraction of the diagonal; see measure
+  double error = 0;       // of that, fraction of the diagonal; see measure and measure_roughly
   Topology topology;      // of that
   size_t coincident = 0;  // vertices of that at another one's place; known of last words
   std::vector<int> patch_number;
@@ -42,8 +42,11 @@ void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch);
 // Without its error. thorough: the last word on a stream, see find_seams.
 Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);
 
-// share: one in so many of the samples is taken.
-double measure(const Job& m, const Trial& trial, size_t share, Stopwatch& watch);
+double measure(const Job& m, const Trial& trial, Stopwatch& watch);
+
+// From the original to the trial only, and by few samples. The other way, masks that are yet to be mended may
+// err a lot in few places.
+double measure_roughly(const Job& m, const Trial& trial, Stopwatch& watch);
 
 // Whether it has the pieces and the boundary loops of the surface, and no two vertices at one place: those
 // are one to many programs, and the result no manifold.

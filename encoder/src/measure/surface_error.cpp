@@ -324,7 +324,13 @@ void summarise_angles(const OneSided& ab, const OneSided& ba, SurfaceError& erro
 
 }  // namespace
 
+// Of samples of the original that were chosen for another mesh: half of the margin of the target.
+constexpr double kMostDeviation = 0.0025;
+
 struct ErrorMeter::Impl {
+  // Equation 1 with one in so many of the samples.
+  OneSided from_original(const SearchMesh& to, size_t share);
+
   std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device{rtcNewDevice(nullptr), &rtcReleaseDevice};
   size_t sample_count;
   Frame frame;
@@ -364,27 +370,33 @@ SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
   return error;
 }
 
-double ErrorMeter::relative_rms(const TriangleMesh& other, size_t share) {
+// Where samples of the original go is decided with the first mesh, and anew where they err too much.
+OneSided ErrorMeter::Impl::from_original(const SearchMesh& to, size_t share) {
+  const double most_deviation = kMostDeviation * std::sqrt(double(share));
+  const bool earlier = !samples.empty();
+  if (!earlier) samples = samples_for(*original, to, sample_count);
+  OneSided result = measure_one_sided(samples, share, *original, to, false);
+  if (!earlier || result.deviation <= most_deviation) return result;
+  samples = samples_for(*original, to, sample_count);
+  return measure_one_sided(samples, share, *original, to, false);
+}
+
+double ErrorMeter::relative_rms_from_original(const TriangleMesh& other, size_t share) {
+  return impl_->from_original({impl_->device.get(), to_unit(other, impl_->frame), other.triangles}, share)
+      .rms;
+}
+
+double ErrorMeter::relative_rms(const TriangleMesh& other) {
   constexpr size_t kFewer = 8;  // times fewer samples tell which way has the larger error
   constexpr double kSure = 6;   // deviations
-  // beyond it where samples of the original go is decided anew
-  const double most_deviation = 0.0015 * std::sqrt(double(share));
   const SearchMesh& a = *impl_->original;
   const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
-  const std::vector<SurfaceSample> samples_b =
-      samples_for(b, a, std::max<size_t>(1, impl_->sample_count / share), impl_->known);
-  const bool earlier = !impl_->samples.empty();
-  if (!earlier) impl_->samples = samples_for(a, b, impl_->sample_count);
-  OneSided ab = measure_one_sided(impl_->samples, kFewer * share, a, b, false);
-  OneSided ba = measure_one_sided(samples_b, kFewer, b, a, false);
+  const std::vector<SurfaceSample> samples = samples_for(b, a, impl_->sample_count, impl_->known);
+  OneSided ab = impl_->from_original(b, kFewer);
+  OneSided ba = measure_one_sided(samples, kFewer, b, a, false);
   const double unsure = kSure * (ab.rms * ab.deviation + ba.rms * ba.deviation);
-  const bool need_ab = ab.rms > ba.rms - unsure, need_ba = ba.rms > ab.rms - unsure;
-  if (need_ba) ba = measure_one_sided(samples_b, 1, b, a, false);
-  if (need_ab) ab = measure_one_sided(impl_->samples, share, a, b, false);
-  if (need_ab && earlier && ab.deviation > most_deviation) {
-    impl_->samples = samples_for(a, b, impl_->sample_count);
-    ab = measure_one_sided(impl_->samples, share, a, b, false);
-  }
+  if (ba.rms > ab.rms - unsure) ba = measure_one_sided(samples, 1, b, a, false);
+  if (ab.rms > ba.rms - unsure) ab = impl_->from_original(b, 1);
   const double rms = std::max(ab.rms, ba.rms);
   impl_->known.much_the_same = rms / 2;
   return rms;

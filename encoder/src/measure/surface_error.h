@@ -24,9 +24,10 @@ class ErrorMeter {
   ~ErrorMeter();
   SurfaceError measure(const TriangleMesh& other) const;
   // Only SurfaceError::rms over the diagonal, for meshes that are much alike, one after the other: where the
-  // original has its samples is decided once, and again where they err too much. share: one in so many of the
-  // samples is taken.
-  double relative_rms(const TriangleMesh& other, size_t share = 1);
+  // original has its samples is decided once, and again where they err too much.
+  double relative_rms(const TriangleMesh& other);
+  // Only SurfaceError::rms_ab over the diagonal, likewise. share: one in so many of the samples is taken.
+  double relative_rms_from_original(const TriangleMesh& other, size_t share);
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
   // the triangle of the original that is closest to each position
