@@ -6,25 +6,53 @@
 namespace relief {
 namespace {
 
+// What trials with the same masks tell of the excess y over x, the logarithm of the step or of the bytes of
+// coefficients.
+struct Course {
+  double usual;  // slope
+  double inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
+
+  void add(double x, double y) {
+    if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
+    if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
+  }
+
+  // Where y is about -aim. Where errors of gaps jump the bracket closes: then as if nothing were known beyond
+  // the target.
+  double next(double aim) const {
+    constexpr double kNarrow = 0.003, kMostWay = 0.3;
+    const bool has_inside = inside_y > -INFINITY, has_outside = outside_y < INFINITY;
+    if (has_inside && has_outside && std::fabs(outside_x - inside_x) > kNarrow)
+      return inside_x - (inside_y + aim) * (outside_x - inside_x) / (outside_y - inside_y);
+    const double x = has_inside ? inside_x : outside_x, y = has_inside ? inside_y : outside_y;
+    return x + std::clamp(-(y + aim) / usual, -kMostWay, kMostWay);
+  }
+};
+
 // The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
-// with the masks held, error and bytes follow it smoothly. met: whether any trial did; then also whether this
-// one does.
+// with the masks held, error and bytes follow it smoothly. Once near they are mended for that step. met:
+// whether any trial did; then also whether this one does.
 Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 7, kMendRounds = 2, kVain = 3;
-  constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002, kHopeless = 0.02,
-                   kNarrow = 0.003;  // of the target, in the logarithm
+  constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002, kHopeless = 0.02;  // in the logarithm
   const bool bisk = s.placement.bisk;
-  // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
-  const double usual = bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6;
+  const Course unknown = {bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6};
+  Course course = unknown;
   Trial best;
-  double best_y = INFINITY, inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
+  double best_y = INFINITY;
   double x = std::log(double(s.placement.step));
   auto measured = [&](Trial& t) {
     t.error = measure(m, t, watch);
     return excess(t, m.options, bytes);
   };
+  auto take_if_better = [&](Trial& t, double y) {
+    const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
+    const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
+    if (best_y == INFINITY || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
+  };
   if (!s.mended) mend(m, s, kMendRounds, watch);
   const double finest = finest_step(s.patches);
+  bool mended_near = false;
   for (int i = 0; i < kMost; i++) {
     if (!bisk)
       s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
@@ -33,26 +61,23 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     Trial t = code(m, s, true, watch);
     if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
     double y = measured(t);
-    const bool near = y <= 0 && y > -kInside;
-    if ((i > 0 && near) || t.coincident > 0) {  // mended for another step
+    const bool near = i > 0 && !mended_near && y <= 0 && y > -kInside;
+    if (near || t.coincident > 0) {
+      mended_near = mended_near || near;
       mend(m, s, near ? kMendRounds : 0, watch);
       Trial again = code(m, s, true, watch);
-      if (again.stream != t.stream) t = std::move(again), y = measured(t);
+      if (again.stream != t.stream) {
+        const double again_y = measured(again);
+        if (near && again_y > 0) take_if_better(t, y);
+        t = std::move(again), y = again_y;
+        course = unknown;
+      }
     }
-    if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
-    if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
-    const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
-    const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
-    if (i == 0 || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
+    course.add(x, y);
+    take_if_better(t, y);
     if (!met || (best_y <= 0 && best_y > -(kInside + kContent * std::max(0, i - 2)))) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
-    // where errors of gaps jump the bracket closes: then as if nothing were known beyond the target
-    const bool bracket =
-        inside_y > -INFINITY && outside_y < INFINITY && std::fabs(outside_x - inside_x) > kNarrow;
-    if (!bracket && inside_y > -INFINITY) x = inside_x, y = inside_y;
-    const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
-    const double slope = bracket ? (outside_y - inside_y) / (outside_x - inside_x) : usual;
-    x = bracket ? inside_x - (inside_y + aim) / slope : x + std::clamp(-(y + aim) / slope, -0.3, 0.3);
+    x = course.next(kAim * (i + 1));  // deeper inside with every trial in vain
   }
   met = best_y <= 0;
   if (m.options.unquantised) {
