@@ -1,6 +1,7 @@
 #include "encode/settle.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace relief {
@@ -8,35 +9,56 @@ namespace {
 
 // What trials with the same masks tell of the excess y over x, the logarithm of the step or of the bytes of
 // coefficients.
-struct Course {
-  double usual;  // slope
-  double inside_x = 0, inside_y = -INFINITY, outside_x = 0, outside_y = INFINITY;
+class Course {
+ public:
+  explicit Course(double usual_slope) : usual_(usual_slope) {}
 
   void add(double x, double y) {
-    if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
-    if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
+    (y <= 0 ? inside_ : outside_).add(x, y);
+    last_ = {{last_[1], {x, y}}};
   }
 
   // Where y is about -aim. Where errors of gaps jump the bracket closes: then as if nothing were known beyond
   // the target.
   double next(double aim) const {
     constexpr double kNarrow = 0.003, kMostWay = 0.3;
-    const bool has_inside = inside_y > -INFINITY, has_outside = outside_y < INFINITY;
-    if (has_inside && has_outside && std::fabs(outside_x - inside_x) > kNarrow)
-      return inside_x - (inside_y + aim) * (outside_x - inside_x) / (outside_y - inside_y);
-    const double x = has_inside ? inside_x : outside_x, y = has_inside ? inside_y : outside_y;
-    return x + std::clamp(-(y + aim) / usual, -kMostWay, kMostWay);
+    if (inside_.known() && outside_.known() && std::fabs(outside_.x - inside_.x) > kNarrow)
+      return inside_.x - (inside_.y + aim) * (outside_.x - inside_.x) / (outside_.y - inside_.y);
+    const Point& p = inside_.known() ? inside_ : outside_;
+    return p.x + std::clamp(-(p.y + aim) / slope(), -kMostWay, kMostWay);
   }
+
+ private:
+  struct Point {
+    double x = 0, y = INFINITY;
+    bool known() const { return y < INFINITY; }
+    void add(double new_x, double new_y) {
+      if (!known() || std::fabs(new_y) < std::fabs(y)) x = new_x, y = new_y;
+    }
+  };
+
+  // By the last two trials, but about what is usual.
+  double slope() const {
+    if (!last_[0].known() || std::fabs(last_[1].x - last_[0].x) < 1e-9) return usual_;
+    const double seen = (last_[1].y - last_[0].y) / (last_[1].x - last_[0].x);
+    return usual_ * std::clamp(seen / usual_, 0.5, 1.5);
+  }
+
+  double usual_;
+  Point inside_, outside_;
+  std::array<Point, 2> last_;
 };
 
 // The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target:
-// with the masks held, error and bytes follow it smoothly. Once near they are mended for that step. met:
-// whether any trial did; then also whether this one does.
-Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch) {
+// with the masks held, error and bytes follow it smoothly. Once near they are mended for that step.
+// excess_before: about what it is without another step. met: whether any trial did; then also whether this
+// one does.
+Trial settle(const Job& m, Sampled s, double excess_before, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 7, kMendRounds = 2, kVain = 3;
-  constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002, kHopeless = 0.02;  // in the logarithm
+  constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.004, kDeeper = 0.002,
+                   kHopeless = 0.02;  // in the logarithm
   const bool bisk = s.placement.bisk;
-  const Course unknown = {bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6};
+  const Course unknown(bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6);
   Course course = unknown;
   Trial best;
   double best_y = INFINITY;
@@ -50,12 +72,19 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
     if (best_y == INFINITY || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
   };
-  if (!s.mended) mend(m, s, kMendRounds, watch);
   const double finest = finest_step(s.patches);
+  auto take_step = [&] { s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep)); };
+  if (!bisk) {  // the search's trial tells about how far it is
+    course.add(x, excess_before);
+    x = course.next(kAim);
+    course = unknown;
+    take_step();
+  }
+  if (!s.mended) mend(m, s, kMendRounds, watch);
   bool mended_near = false;
   for (int i = 0; i < kMost; i++) {
     if (!bisk)
-      s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
+      take_step();
     else if (i > 0)
       s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
     Trial t = code(m, s, true, watch);
@@ -77,7 +106,7 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     take_if_better(t, y);
     if (!met || (best_y <= 0 && best_y > -(kInside + kContent * std::max(0, i - 2)))) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
-    x = course.next(kAim * (i + 1));  // deeper inside with every trial in vain
+    x = course.next(kAim + kDeeper * i);  // deeper inside with every trial in vain
   }
   met = best_y <= 0;
   if (m.options.unquantised) {
@@ -98,11 +127,12 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
   const double slope = (bytes > 0 ? -1 : 1) * kUsualSlope;
   double lambda = nearest.lambda;
   const bool reachable = met;
-  Trial t = settle(m, std::move(nearest.sampled), bytes, met, watch);
+  const double excess_before = met ? excess(nearest, m.options, bytes) : 0;
+  Trial t = settle(m, std::move(nearest.sampled), excess_before, bytes, met, watch);
   for (int i = 1; i < kMost && reachable && !met; i++) {
     lambda *= std::exp(-(excess(t, m.options, bytes) + kFurther * i) / slope);
     met = true;
-    t = settle(m, sample(m, lambda, watch), bytes, met, watch);
+    t = settle(m, sample(m, lambda, watch), 0, bytes, met, watch);
   }
   return t;
 }

@@ -207,7 +207,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
-  FaceTrials(in, best).run();
+  if (thorough) FaceTrials(in, best).run();
   if (thorough) unfold(in, best);
   if (thorough && !in.closed()) adjust_holes(in, best);
   if (thorough) add_tubes(in, best);
