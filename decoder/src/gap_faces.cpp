@@ -183,8 +183,8 @@ bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulat
   return t.best[0][m - 1] != kNoEar;
 }
 
-// Which diagonal of a quad whose corners are different nodes is made, that from corner 0 or that from corner 1:
-// what find_triangulation finds.
+// Which diagonal of a quad whose corners are different nodes is made, that from corner 0 or that from corner
+// 1: what find_triangulation finds.
 uint32_t diagonal_of_quad(const Gaps& g, const uint32_t* q) {
   int32_t side[4];
   int16_t beyond[4][3], unit[4][3];  // unit: of the triangle that begins with that corner
@@ -243,15 +243,6 @@ bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3
   return true;
 }
 
-bool all_distinct(Gaps& g, const uint32_t* q, uint32_t m) {
-  g.mark_count++;
-  for (uint32_t i = 0; i < m; i++) {
-    if (g.mark[q[i]] == g.mark_count) return false;
-    g.mark[q[i]] = g.mark_count;
-  }
-  return true;
-}
-
 // Adds the triangles of the best triangulation. False, with nothing added, if there is none.
 bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   Triangulation t;
@@ -289,17 +280,6 @@ bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   return true;
 }
 
-bool add_fan(Gaps& g, uint32_t m, const int64_t middle[3], const uint32_t* rim, uint32_t first) {
-  uint32_t centre;
-  if (!add_vertex(g, middle, centre)) return false;
-  for (uint32_t i = 0; i < m; i++) {
-    const uint32_t j = (i + 1) % m;
-    if (!add_triangle(g, rim ? g.n[rim[i]].vertex : first + i, rim ? g.n[rim[j]].vertex : first + j, centre))
-      return false;
-  }
-  return true;
-}
-
 // A corner moved a quarter of the grid's spacing into its face: towards the middle of the corners before and
 // after, so that a node which comes twice is moved to two places.
 void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int64_t out[3]) {
@@ -314,34 +294,61 @@ void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int6
     out[k] = g.n[node].position[k] + (length > reach ? d[k] * reach / length : d[k]);
 }
 
-// Closes a face around its middle: by a fan, or, where a node comes twice on its rim, by a ring of new
-// vertices (then no edge can come twice) with a fan inside. open: leave the fan away.
-bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
-  int64_t middle[3] = {0, 0, 0};
+// Marks a face's nodes: those that come twice on its rim with the count itself.
+void find_repeated(Gaps& g, const uint32_t* q, uint32_t m) {
+  g.mark_count += 2;
   for (uint32_t i = 0; i < m; i++)
-    for (int k = 0; k < 3; k++) middle[k] += g.n[q[i]].position[k];
-  for (int64_t& c : middle) c /= m;
-  if (!open && all_distinct(g, q, m)) return add_fan(g, m, middle, q, 0);
-  const uint32_t first = g.mesh.vertex_count;
+    g.mark[q[i]] = g.mark[q[i]] + 1 < g.mark_count ? g.mark_count - 1 : g.mark_count;
+}
+
+// Whether a rim inside of the face gets a new vertex in place of this node: no vertex may come twice on it,
+// nor have two holes.
+bool is_moved(const Gaps& g, uint32_t node, bool open) {
+  return g.mark[node] == g.mark_count || (open && g.open_corner[node]);
+}
+
+bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   for (uint32_t i = 0; i < m; i++) {
+    if (!is_moved(g, q[i], open)) continue;
     int64_t p[3];
     move_inwards(g, q, m, i, p);
     uint32_t vertex;
     if (!add_vertex(g, p, vertex)) return false;
   }
-  for (uint32_t i = 0; i < m; i++) {
-    const uint32_t j = (i + 1) % m, u = g.n[q[i]].vertex, v = g.n[q[j]].vertex;
-    if (!add_triangle(g, u, v, first + i) || !add_triangle(g, v, first + j, first + i)) return false;
-  }
-  return open || add_fan(g, m, middle, nullptr, first);
+  return true;
 }
 
-// A face that stays open, unless a vertex would get two holes: there a ring of triangles keeps them apart.
+bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& vertex) {
+  int64_t middle[3] = {0, 0, 0};
+  for (uint32_t i = 0; i < m; i++)
+    for (int k = 0; k < 3; k++) middle[k] += g.n[q[i]].position[k];
+  for (int64_t& c : middle) c /= m;
+  return add_vertex(g, middle, vertex);
+}
+
+// Closes a face by a fan around its middle. Where nodes are moved the fan ends at the new vertices, with
+// triangles out to the nodes: then no edge can come twice. open: leave the fan away.
+bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
+  find_repeated(g, q, m);
+  uint32_t next = g.mesh.vertex_count, middle = kNone;
+  if (!add_moved_corners(g, q, m, open) || !(open || add_middle(g, q, m, middle))) return false;
+  auto take = [&](uint32_t i) { return is_moved(g, q[i], open) ? next++ : g.n[q[i]].vertex; };
+  const uint32_t start = take(0);
+  for (uint32_t i = 0, inner = start; i < m; i++) {
+    const uint32_t j = i + 1 < m ? i + 1 : 0, u = g.n[q[i]].vertex, v = g.n[q[j]].vertex;
+    const uint32_t after = j ? take(j) : start;
+    if (inner != u && !add_triangle(g, u, v, inner)) return false;
+    if (after != v && !add_triangle(g, v, after, inner)) return false;
+    if (!open && !add_triangle(g, inner, after, middle)) return false;
+    inner = after;
+  }
+  return true;
+}
+
 bool leave_open(Gaps& g, const uint32_t* q, uint32_t m) {
-  bool clean = all_distinct(g, q, m);
-  for (uint32_t i = 0; i < m; i++) clean = clean && !g.open_corner[q[i]];
-  if (!clean) return close_around_middle(g, q, m, true);
-  for (uint32_t i = 0; i < m; i++) g.open_corner[q[i]] = 1;
+  if (!close_around_middle(g, q, m, true)) return false;
+  for (uint32_t i = 0; i < m; i++)
+    if (!is_moved(g, q[i], true)) g.open_corner[q[i]] = 1;
   return true;
 }
 

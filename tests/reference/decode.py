@@ -1362,10 +1362,9 @@ class Gaps:
         return len(self.mesh.positions) - 1
 
     def leave_open(self, q):  # 12.9
-        if len(set(q)) < len(q) or self.left_open & set(q):
-            self.ring(q)
-        else:
-            self.left_open |= set(q)
+        moved = [q.count(node) > 1 or node in self.left_open for node in q]
+        self.ring(q, moved)
+        self.left_open |= {node for node, m in zip(q, moved) if not m}
 
     def close(self, q):
         if len(q) < 3:
@@ -1378,13 +1377,7 @@ class Gaps:
         if len(q) <= 12 and self.best_triangulation(q):
             return
         middle = [quotient(sum(self.nodes[i].position[k] for i in q), len(q)) for k in range(3)]
-        if len(set(q)) == len(q):
-            r = [self.nodes[i].vertex for i in q]
-        else:
-            r = self.ring(q)
-        centre = self.add_vertex(middle)
-        for i in range(len(r)):
-            self.mesh.triangles.append((r[i], r[(i + 1) % len(r)], centre))
+        self.ring(q, [q.count(node) > 1 for node in q], middle)
 
     def ears(self, q):
         def cost_at(i):
@@ -1468,19 +1461,27 @@ class Gaps:
         v = v[first:] + v[:first]
         self.mesh.triangles += [(v[0], v[i], v[i + 1]) for i in range(1, len(v) - 1)]
 
-    def ring(self, q):
+    def ring(self, q, moved, middle=None):
         m, r = len(q), []
         for i in range(m):
             node, before, after = (self.nodes[k] for k in (q[i], q[i - 1], q[(i + 1) % m]))
+            if not moved[i]:
+                r.append(node.vertex)
+                continue
             d = [before.position[k] + after.position[k] - 2 * node.position[k] for k in range(3)]
             reach, length = node.spacing // 4, root(dot(d, d)) + 1
             r.append(self.add_vertex(node.position[k] + (quotient(d[k] * reach, length) if length > reach else d[k])
                                      for k in range(3)))
+        centre = None if middle is None else self.add_vertex(middle)
         for i in range(m):
             j = (i + 1) % m
             u, v = self.nodes[q[i]].vertex, self.nodes[q[j]].vertex
-            self.mesh.triangles += [(u, v, r[i]), (v, r[j], r[i])]
-        return r
+            if moved[i]:
+                self.mesh.triangles.append((u, v, r[i]))
+            if moved[j]:
+                self.mesh.triangles.append((v, r[j], r[i]))
+            if centre is not None:
+                self.mesh.triangles.append((r[i], r[j], centre))
 
 
 def next_or_last(holes, gaps):
