@@ -10,6 +10,7 @@
 #include "code/range_encoder.h"
 #include "fit/least_squares.h"
 #include "resample/clean_mask.h"
+#include "resample/extend_border.h"
 #include "resample/punch_holes.h"
 
 namespace relief {
@@ -84,6 +85,7 @@ std::unique_ptr<Candidate> make_candidate(const AllocationInput& in, const Patch
   const double spacing = in.spacing * quarter_power(-resolution);
   FineRaster fine;
   ElevationMap map = sampler.sample(spacing, fine);
+  if (map.pixels) extend_border(map, fine, in.from_border);
   smooth_border(map, fine);
   if (map.pixels) clean_mask(map, fine);
   if (map.pixels) cut_cliffs(map, in.patches[patch].frame, in.distance);

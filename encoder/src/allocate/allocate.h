@@ -27,6 +27,7 @@ struct AllocationInput {
   const Surface& surface;
   const Ownership& ownership;
   const std::vector<PatchFaces>& patches;
+  const std::vector<float>& from_border;  // of each face, see extend_border
   DistanceToSurface distance;
   double spacing;  // of resolution index 0; index k has spacing * 2^(-k/4)
   bool fit;
