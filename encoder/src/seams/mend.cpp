@@ -1,3 +1,5 @@
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -106,8 +108,10 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     Attempt a = with_links(in, dropped, pieces);
     add_handles(in, a);
     const double lost_before = faults.lost;
-    const GapError error = error_of(in, a);
-    const std::vector<Fold> folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded);
+    GapError error;
+    std::vector<Fold> folds;
+    tbb::parallel_invoke([&] { error = error_of(in, a); },
+                         [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); });
     more = rounds > 0 && folds.size() > kFewFolds ? kRoundsForFolds : 0;
     const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
