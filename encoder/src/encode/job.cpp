@@ -108,8 +108,9 @@ std::unique_ptr<Patching> gather(const Job& m, Partition partition, Stopwatch& w
     for (const auto& loop : m.border.loops)
       if (const int label = p->partition.label[size_t(loop.face)]; label >= 0)
         p->patches[size_t(label)].loops.push_back(loop);
-  p->allocator = std::make_unique<Allocator>(AllocationInput{
-      m.surface, p->ownership, p->patches, m.border.distance, distance_to(m), kCoarsest * m.spacing, m.options.fit});
+  p->allocator =
+      std::make_unique<Allocator>(AllocationInput{m.surface, p->ownership, p->patches, m.border.distance,
+                                                  distance_to(m), kCoarsest * m.spacing, m.options.fit});
   watch.lap("resample");
   return p;
 }

@@ -10,7 +10,7 @@ namespace relief {
 namespace {
 
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
-constexpr double kFoldScore = 6;
+constexpr double kFoldScore = 8;
 constexpr int kVainRounds = 2;  // without getting better
 // With more folds than so few there may be so many rounds more.
 constexpr size_t kFewFolds = 8;
