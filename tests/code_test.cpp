@@ -21,6 +21,7 @@
 #include "patch_table.h"
 #include "resample/clean_mask.h"
 #include "resample/elevation_map.h"
+#include "resample/extend_border.h"
 #include "restore.h"
 #include "span_context.h"
 
@@ -870,6 +871,53 @@ TEST(Bisk, AllocationByRateAndDistortionBeatsTheEvenOne) {
 }
 
 // --- masks ---
+
+// A patch whose surface ends at a line, at every quarter of the spacing: the mask ends within half a spacing
+// of it, on either side. A hole of one pixel stays one, and so does the mask of a surface without a border.
+TEST(ExtendBorder, ReachesToWithinHalfASpacing) {
+  constexpr uint32_t kWidth = 12, kHeight = 9;
+  for (uint32_t end = 5 * kOversampling; end < 6 * kOversampling; end++) {
+    ElevationMap map;
+    map.spacing = 1, map.width = kWidth, map.height = kHeight;
+    FineRaster fine;
+    fine.width = (kWidth - 1) * kOversampling + 1, fine.height = (kHeight - 1) * kOversampling + 1;
+    fine.owner.assign(size_t(fine.width) * fine.height, 0);
+    fine.z.assign(fine.owner.size(), NAN);
+    for (uint32_t y = 0; y < fine.height; y++)
+      for (uint32_t x = 0; x <= end; x++)
+        if (x != 2 * kOversampling || y != 4 * kOversampling)  // else a hole
+          fine.owner[y * fine.width + x] = 1, fine.z[y * fine.width + x] = float(x);
+    map.mask.assign(size_t(kWidth) * kHeight, 0);
+    map.z.assign(map.mask.size(), 0);
+    map.face.assign(map.mask.size(), -1);
+    for (uint32_t y = 0; y < kHeight; y++)
+      for (uint32_t x = 0; x < kWidth; x++) {
+        const size_t at = (size_t(y) * fine.width + x) * kOversampling;
+        if (!fine.owner[at]) continue;
+        map.mask[y * kWidth + x] = 1, map.face[y * kWidth + x] = 0;
+        map.z[y * kWidth + x] = fine.z[at];
+        map.pixels++;
+      }
+    const ElevationMap before = map;
+    extend_border(map, fine, {});
+    EXPECT_EQ(map.mask, before.mask);
+    extend_border(map, fine, {0.0f});
+    EXPECT_EQ(map.mask[4 * kWidth + 2], 0) << "the hole";
+    size_t pixels = 0;
+    for (uint32_t y = 0; y < kHeight; y++)
+      for (uint32_t x = 0; x < kWidth; x++) {
+        const bool in = map.mask[y * kWidth + x];
+        pixels += in;
+        if (x == 2 && y == 4) continue;
+        const double beyond = double(x) - double(end) / kOversampling;
+        EXPECT_EQ(in, beyond <= 0.5) << x << ' ' << y;
+        if (!in) continue;
+        EXPECT_EQ(map.z[y * kWidth + x], float(std::min(x * kOversampling, end))) << "the nearest point's";
+        EXPECT_EQ(map.face[y * kWidth + x], 0);
+      }
+    EXPECT_EQ(map.pixels, pixels);
+  }
+}
 
 // Single pixels that stick out of a straight border are gone, and notches are filled; not so along the end of
 // the surface, and a corner keeps all but its tip.
