@@ -37,7 +37,10 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
     if ((i > 0 && near) || t.coincident > 0) {  // mended for another step
       mend(m, s, near ? kMendRounds : 0, watch);
       Trial again = code(m, s, true, watch);
-      if (again.stream != t.stream) t = std::move(again), y = measured(t);
+      if (again.stream != t.stream) {  // what was known is of other masks
+        t = std::move(again), y = measured(t);
+        inside_y = -INFINITY, outside_y = INFINITY;
+      }
     }
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
     if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
