@@ -150,7 +150,8 @@ void Allocator::for_each_patch(Visit visit) const {
       tbb::simple_partitioner());
 }
 
-// A thread tries one patch after the other.
+// A thread tries one patch after the other. What is returned lasts until the next call on this thread, which
+// any waiting for other tasks may bring.
 const PatchSampler& Allocator::sampler_of(size_t patch) {
   LastSampler& last = samplers_.local();
   if (!last.sampler || last.patch != patch)

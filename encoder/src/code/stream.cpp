@@ -70,6 +70,7 @@ struct QuantisedImage {
   std::vector<int32_t>* q;
 };
 
+// learned: what bits cost at first.
 void quantise_image(const QuantisedImage& i, float trade, const CoefficientModels& learned) {
   const auto models = std::make_unique<CoefficientModels>(learned);
   i.q->assign(i.image->pyramid.size, 0);
@@ -79,6 +80,7 @@ void quantise_image(const QuantisedImage& i, float trade, const CoefficientModel
       quantise_by_trellis(*models, *i.image, level, type, i.step, trade, i.q->data());
 }
 
+// Returns the models as they are in the end.
 template <class Coder>
 std::unique_ptr<CoefficientModels> code_quantised(Coder& coder, const std::vector<QuantisedImage>& images) {
   auto models = std::make_unique<CoefficientModels>();

@@ -324,7 +324,7 @@ void summarise_angles(const OneSided& ab, const OneSided& ba, SurfaceError& erro
 
 }  // namespace
 
-// Of samples of the original that were chosen for another mesh: half of the margin of the target.
+// Of the error by samples of the original that were chosen for another mesh: targets keep a larger margin.
 constexpr double kMostDeviation = 0.0025;
 
 struct ErrorMeter::Impl {

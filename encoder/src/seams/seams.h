@@ -16,7 +16,7 @@ struct SeamsInput {
   DistanceToSurface distance;
   const SurfaceBorder& border;
   const std::vector<Vec3>& folded;  // its vertices where it is folded
-  int face_trials;  // decodings, at most, to find links for the worst faces between patches
+  int face_trials;                  // decodings, at most, to find links for the worst faces between patches
   const std::vector<HandlePlace>& handles;  // of the surface; empty: those that are lost stay so
 };
 
@@ -27,12 +27,13 @@ struct FoundSeams {
 };
 
 // Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed, its handles
-// made. thorough: also tries holes that one cannot be sure of.
+// made. thorough: also tries links and holes that one cannot be sure of, leaves links out that fold, and adds
+// tubes.
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough);
 
-// Decodes and takes out of the masks what spoils the seams, at most so many times over, and puts back what did
-// no good; then takes out what must not stay. See unwanted_pixels.
+// Decodes and takes out of the masks what spoils the seams, at most so many times over, and puts back what
+// did no good; then takes out what must not stay. See unwanted_pixels.
 void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
                 int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
                 QuantisedImages& quantised);
