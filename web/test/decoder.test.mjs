@@ -6,7 +6,7 @@ import zlib from 'node:zlib';
 import test from 'node:test';
 import { createReliefDecoder, ReliefError } from 'relief-gltf';
 
-import { sphereGlb, streamsOf } from './fixtures.mjs';
+import { fineSphereGlb, sphereGlb, streamsOf } from './fixtures.mjs';
 
 const wasm = fs.readFileSync(new URL('../../wasm/dist/relief.wasm', import.meta.url));
 const simd = fs.readFileSync(new URL('../../wasm/dist/relief-simd.wasm', import.meta.url));
@@ -312,11 +312,12 @@ function withPages(pages) {
 test('a failed allocation is an error, and the next decode is right, here and in workers', async () => {
   const small = new Uint8Array(fs.readFileSync(new URL('../../tests/golden/one-patch.relief', import.meta.url)));
   const expected = (await createReliefDecoder()).decode(small);
-  const decoder = await createReliefDecoder({ module: withPages(20), workers: 2 });
+  const large = streamsOf(fineSphereGlb())[0];
+  const decoder = await createReliefDecoder({ module: withPages(32), workers: 2 });
   for (let round = 0; round < 3; round++) {
-    assert.equal(codeOf(() => decoder.decode(stream)), 'MEMORY');
+    assert.equal(codeOf(() => decoder.decode(large)), 'MEMORY');
     assert.deepEqual(decoder.decode(small), expected);
-    const got = await Promise.allSettled([stream, small, stream, small].map(bytes => decoder.decodeAsync(bytes)));
+    const got = await Promise.allSettled([large, small, large, small].map(bytes => decoder.decodeAsync(bytes)));
     assert.deepEqual(got.map(({ reason, value }) => reason?.code ?? value), ['MEMORY', expected, 'MEMORY', expected]);
   }
   decoder.dispose();

@@ -67,6 +67,7 @@ const sphere = path.join(outputs, 'sphere.ply');
 if (!fs.existsSync(sphere)) writePly(sphere, bumpySphere(90));
 export const sphereFile = () => sphere;
 export const sphereGlb = () => encode(sphere, 'sphere.glb', '--error', '5e-4');
+export const fineSphereGlb = () => encode(sphere, 'fine-sphere.glb', '--error', '2e-5');
 
 // The sphere in bands of colour.
 export function paintedGlb() {

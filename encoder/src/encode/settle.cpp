@@ -43,7 +43,9 @@ Trial settle(const Job& m, Sampled s, double bytes, bool& met, Stopwatch& watch)
       }
     }
     if (y <= 0 && y > inside_y) inside_x = x, inside_y = y;
-    if (y > 0 && y < outside_y) outside_x = x, outside_y = y;
+    const bool closed = inside_y > -INFINITY && outside_y < INFINITY;
+    if (y > 0 && (closed ? std::fabs(x - inside_x) < std::fabs(outside_x - inside_x) : y < outside_y))
+      outside_x = x, outside_y = y;
     const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
     const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
     if (i == 0 || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
