@@ -345,6 +345,7 @@ bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   return true;
 }
 
+// Notes the vertices that have a hole now.
 bool leave_open(Gaps& g, const uint32_t* q, uint32_t m) {
   if (!close_around_middle(g, q, m, true)) return false;
   for (uint32_t i = 0; i < m; i++)

@@ -1,7 +1,5 @@
 #include "resample/extend_border.h"
 
-#include <algorithm>
-
 namespace relief {
 namespace {
 
@@ -23,15 +21,19 @@ ptrdiff_t nearest_own_point(const FineRaster& fine, int x, int y) {
   return best >= 0 && fine.owner[size_t(best)] == 1 ? best : -1;
 }
 
-// The eight pixels around one, in a circle.
-constexpr int kAround[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+// The pixel that is the k-th in a circle around one, or -1 beyond the rectangle.
+ptrdiff_t beside(const ElevationMap& map, int x, int y, int k) {
+  constexpr int kAround[8][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+  const int i = x + kAround[k & 7][0], j = y + kAround[k & 7][1];
+  if (i < 0 || j < 0 || i >= int(map.width) || j >= int(map.height)) return -1;
+  return ptrdiff_t(j) * ptrdiff_t(map.width) + i;
+}
 
-// Whether those of the mask among them are one run: then a pixel more closes no hole and joins nothing.
+// Whether those of the mask around a pixel are one run: then a pixel more closes no hole and joins nothing.
 bool has_one_side(const ElevationMap& map, int x, int y) {
   auto in = [&](int k) {
-    const int i = x + kAround[k & 7][0], j = y + kAround[k & 7][1];
-    return i >= 0 && j >= 0 && i < int(map.width) && j < int(map.height) &&
-           map.mask[size_t(j) * map.width + size_t(i)];
+    const ptrdiff_t at = beside(map, x, y, k);
+    return at >= 0 && map.mask[size_t(at)];
   };
   int runs = 0;
   for (int k = 0; k < 8; k++) runs += in(k) && !in(k + 1);
@@ -41,12 +43,10 @@ bool has_one_side(const ElevationMap& map, int x, int y) {
 // The face of a pixel of this mask beside this one that is near the border, or -1.
 int face_beside(const ElevationMap& map, const std::vector<uint8_t>& mask, int x, int y,
                 const std::vector<float>& from_border) {
-  for (auto [dx, dy] : kAround) {
-    const int i = x + dx, j = y + dy;
-    if (i < 0 || j < 0 || i >= int(map.width) || j >= int(map.height)) continue;
-    const size_t at = size_t(j) * map.width + size_t(i);
-    const int face = map.face[at];
-    if (mask[at] && face >= 0 && from_border[size_t(face)] < kFromBorder * map.spacing) return face;
+  for (int k = 0; k < 8; k++) {
+    const ptrdiff_t at = beside(map, x, y, k);
+    const int face = at >= 0 && mask[size_t(at)] ? map.face[size_t(at)] : -1;
+    if (face >= 0 && from_border[size_t(face)] < kFromBorder * map.spacing) return face;
   }
   return -1;
 }
@@ -59,10 +59,11 @@ void extend_border(ElevationMap& map, const FineRaster& fine, const std::vector<
   for (int y = 0; y < int(map.height); y++)
     for (int x = 0; x < int(map.width); x++) {
       const size_t at = size_t(y) * map.width + size_t(x);
-      if (fine.owner[(size_t(y) * fine.width + size_t(x)) * kOversampling]) continue;
+      if (fine.owner[(size_t(y) * fine.width + size_t(x)) * kOversampling] || !has_one_side(map, x, y))
+        continue;
       const ptrdiff_t point = nearest_own_point(fine, x * kOversampling, y * kOversampling);
       const int face = point < 0 ? -1 : face_beside(map, before, x, y, from_border);
-      if (face < 0 || !has_one_side(map, x, y)) continue;
+      if (face < 0) continue;
       map.mask[at] = 1;
       map.z[at] = fine.z[size_t(point)];
       map.face[at] = face;

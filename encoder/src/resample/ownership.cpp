@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kNegligible = 1e-4f;
 constexpr float kStay = 1 / 7.0f;  // of a vertex's weights, each round
-constexpr int kBand = 12;      // edges from where labels meet; 14 rounds spread a label by about 5
+constexpr int kBand = 12;          // edges from where labels meet; 14 rounds spread a label by about 5
 
 // Vertices of every vertex, as compressed rows.
 struct Neighbours {
@@ -86,9 +86,9 @@ void LabelWeights::drop_below(float weight) {
 int Ownership::only_label(const std::array<int, 3>& face) const {
   int label = -1;
   for (int v : face) {
-    const LabelWeights& w = vertex[size_t(v)];
-    if (w.size() != 1 || (label >= 0 && w[0].first != label)) return -1;
-    label = w[0].first;
+    const int pure = pure_label(vertex[size_t(v)]);
+    if (pure < 0 || (label >= 0 && pure != label)) return -1;
+    label = pure;
   }
   return label;
 }
