@@ -1,10 +1,14 @@
 // What the encoder learns by decoding its own streams.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
 
+#include "gaps.h"
+#include "measure/surface_error.h"
 #include "measure/topology.h"
 #include "relief/encoder.h"
 #include "seams/borders.h"
@@ -161,6 +165,134 @@ TEST(Tubes, JoinTrianglesOfPatchesOnce) {
   EXPECT_EQ(decoder.close(seams, spare).mesh.triangles, close({{5, 6}}).mesh.triangles);
   EXPECT_THROW(close({{5, 6}, {6, 7}}), std::logic_error);
   EXPECT_THROW(close({{5, 7}, {6, 7}}), std::logic_error);
+}
+
+// Points anywhere between patches, at most one of a triangle. bad: places where no later triangle has the
+// edge
+std::vector<SteinerPoint> points_anywhere(const DecodedMesh& plain, std::vector<SteinerPoint>& bad) {
+  std::mt19937 random(7);
+  const uint32_t first = uint32_t(plain.patch_triangles()), end = uint32_t(plain.mesh.triangles.size());
+  std::map<std::array<uint32_t, 2>, uint32_t> sides;  // the triangle of each directed edge
+  for (uint32_t t = first; t < end; t++)
+    for (uint32_t k = 0; k < 3; k++)
+      sides[{plain.mesh.triangles[t][k], plain.mesh.triangles[t][(k + 1) % 3]}] = t;
+  std::vector<SteinerPoint> good;
+  std::set<uint32_t> taken;
+  for (uint32_t t = first; t < end; t++) {
+    const SteinerPoint point = {t - first, uint32_t(random() % 3), int32_t(random() % 9) - 4};
+    const auto& c = plain.mesh.triangles[t];
+    const auto other = sides.find({c[(point.edge + 1) % 3], c[point.edge]});
+    if (other == sides.end() || other->second < t || other->second > t + 256)
+      bad.push_back(point);
+    else if (!taken.count(t) && !taken.count(other->second))
+      good.push_back(point), taken.insert(t), taken.insert(other->second);
+  }
+  return good;
+}
+
+// The mesh stays what it was, with a vertex and two triangles more for each point.
+TEST(SteinerPoints, SplitEdges) {
+  for (const TriangleMesh& mesh : {make_torus(72, 40), make_hemisphere(40, 80)}) {
+    EncodeOptions options;
+    options.error = 1e-3;
+    options.aperture = 30;
+    PatchDecoder decoder(encode(mesh, options).stream);
+    const DecodedMesh plain = decoder.close({});
+    std::vector<SteinerPoint> bad;
+    Seams seams;
+    seams.steiner_points = points_anywhere(plain, bad);
+    const size_t count = plain.nodes.size() / 8;  // and no more
+    ASSERT_GT(seams.steiner_points.size(), count);
+    seams.steiner_points.resize(count + 1);
+    EXPECT_THROW(decoder.close(seams), std::logic_error);
+    seams.steiner_points.resize(count);
+    const DecodedMesh split = decoder.close(seams);
+    EXPECT_EQ(split.mesh.positions.size(), plain.mesh.positions.size() + count);
+    EXPECT_EQ(split.mesh.triangles.size(), plain.mesh.triangles.size() + 2 * count);
+    const Topology was = topology(plain.mesh), is = topology(split.mesh);
+    EXPECT_EQ(is.nonmanifold_edges + is.nonmanifold_vertices, 0u);
+    EXPECT_EQ(is.components, was.components);
+    EXPECT_EQ(is.boundary_loops, was.boundary_loops);
+    EXPECT_EQ(is.genus, was.genus);
+    EXPECT_EQ(decoder.close({}).mesh.triangles, plain.mesh.triangles) << "remembers";
+    ASSERT_GT(bad.size(), 5u);
+    bad.resize(std::min(bad.size(), count));
+    seams.steiner_points = bad;
+    EXPECT_EQ(decoder.close(seams).mesh.triangles, plain.mesh.triangles);
+  }
+}
+
+// A point stands over the middle of its edge, by as many eighths of the edge's length as the stream says.
+TEST(SteinerPoints, StandOverTheMiddle) {
+  EncodeOptions options;
+  options.error = 1e-3;
+  options.aperture = 30;
+  PatchDecoder decoder(encode(make_torus(72, 40), options).stream);
+  const DecodedMesh plain = decoder.close({});
+  const auto at = [](const TriangleMesh& m, uint32_t v) {
+    return Vec3(m.positions[v][0], m.positions[v][1], m.positions[v][2]);
+  };
+  size_t looked_at = 0;
+  for (uint32_t t = uint32_t(plain.patch_triangles()); t + 1 < plain.mesh.triangles.size(); t += 7) {
+    const auto &c = plain.mesh.triangles[t], &d = plain.mesh.triangles[t + 1];
+    for (uint32_t k = 0; k < 3; k++)
+      for (uint32_t l = 0; l < 3; l++) {
+        if (c[k] != d[(l + 1) % 3] || c[(k + 1) % 3] != d[l]) continue;
+        for (int32_t height : {-9, 3, 20}) {
+          Seams seams;
+          seams.steiner_points = {{t - uint32_t(plain.patch_triangles()), k, height}};
+          const DecodedMesh split = decoder.close(seams);
+          const Vec3 a = at(plain.mesh, c[k]), b = at(plain.mesh, c[(k + 1) % 3]);
+          const Vec3 across = at(plain.mesh, c[(k + 2) % 3]) - at(plain.mesh, d[(l + 2) % 3]);
+          const double length = (b - a).norm();
+          const Vec3 point = (a + b) / 2 + height / 8.0 * length * (b - a).cross(across).normalized();
+          EXPECT_LT((at(split.mesh, uint32_t(split.mesh.positions.size() - 1)) - point).norm(),
+                    0.02 * length);
+          looked_at++;
+        }
+      }
+  }
+  EXPECT_GT(looked_at, 20u);
+}
+
+TEST(SteinerPoints, AreLowerThan16Lengths) {
+  EncodeOptions options;
+  options.error = 1e-3;
+  PatchDecoder decoder(encode(make_torus(72, 40), options).stream);
+  std::vector<SteinerPoint> bad;
+  Seams seams;
+  seams.steiner_points = points_anywhere(decoder.close({}), bad);
+  seams.steiner_points.resize(1);
+  for (int32_t height : {127, -128, 128, -129}) {
+    seams.steiner_points[0].height = height;
+    if (height == 127 || height == -128) {
+      EXPECT_NO_THROW(decoder.close(seams));
+    } else {
+      EXPECT_THROW(decoder.close(seams), std::logic_error);
+    }
+  }
+}
+
+// What the encoder takes makes the error less than it is without.
+TEST(SteinerPoints, LessenTheError) {
+  TriangleMesh mesh = make_bumpy_sphere(6);
+  EncodeOptions options;
+  options.error = 2e-3;
+  options.aperture = 40;
+  const std::vector<uint8_t> stream = encode(mesh, options).stream;
+  PatchDecoder decoder(stream);
+  const DecodedMesh with = decode_with_seams(stream);
+  const uint8_t* const seams = seams_of(decoder.parsed(), stream.data());
+  const uint8_t* const end = stream.data() + decoder.parsed().colours_begin;
+  const uint8_t* sixth = seams;  // the sixth list
+  for (int lists = 0; lists < 5 && sixth != end; sixth++) lists += *sixth == 0;
+  ASSERT_GT(end - sixth, 2) << "has no points";
+  const DecodedMesh without = decoder.close(seams, sixth);
+  EXPECT_LT(without.mesh.positions.size(), with.mesh.positions.size());
+  const ErrorMeter meter(mesh, 200000);
+  const double error = meter.measure(with.mesh).rms;
+  EXPECT_LT(error, 0.999 * meter.measure(without.mesh).rms);
+  EXPECT_LE(topology(with.mesh).flipped, topology(without.mesh).flipped);
 }
 
 // Each handle is found once, where it is: pinholes of a plate, the smallest first.

@@ -1,4 +1,4 @@
-// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tube.
+// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tube, steiner_points.
 #pragma once
 #include "container.h"
 #include "gaps.h"
@@ -117,5 +117,8 @@ relief_status close_faces(Gaps& g);
 
 // Joins triangles of patches, the first so many of the mesh, by the tubes that the rest of the seams tells of.
 relief_status add_tubes(Gaps& g, uint32_t patch_triangles);
+
+// Adds the Steiner points that the rest of the seams tells of to triangles [first, end), those of gaps.
+relief_status add_steiner_points(Gaps& g, uint32_t first, uint32_t end);
 
 }  // namespace relief

@@ -2,7 +2,8 @@
 //
 // Every node (border vertex) looks for the nearest node that faces it (gap_partners); the pairs are links.
 // Links and borders cut the space between the patches into faces (gap_links); each face is closed by
-// triangles (gap_faces). Handles too small for that are tubes (tube). All decisions are made with integers.
+// triangles (gap_faces). Handles too small for that are tubes (tube);
+// where the surface bulges in between, triangles are split (steiner_points). All decisions are made with integers.
 #include "gaps.h"
 
 #include "gap_state.h"
@@ -58,8 +59,11 @@ relief_status close_gaps(const Nodes& nodes, uint32_t components, const GapOptio
   if (!(kTracing && options.trace && options.trace->partners_known)) find_partners(g);
   if (!make_links(g)) return RELIEF_ERROR_CORRUPT;
   const uint32_t patch_triangles = mesh.triangle_count;
-  const relief_status status = close_faces(g);
-  return status == RELIEF_OK && options.seams ? add_tubes(g, patch_triangles) : status;
+  relief_status status = close_faces(g);
+  if (status != RELIEF_OK || !options.seams) return status;
+  const uint32_t end = mesh.triangle_count;
+  status = add_tubes(g, patch_triangles);
+  return status == RELIEF_OK ? add_steiner_points(g, patch_triangles, end) : status;
 }
 
 }  // namespace relief

@@ -38,11 +38,12 @@ constexpr bool kTracing = true;
 struct GapOptions {
   int32_t spacing;  // the largest grid spacing, lattice units
   bool closed;      // close every face
-  // The stream's last part, or null if it is missing or cut. Five lists, each of rising numbers as
+  // The stream's last part, or null if it is missing or cut. Six lists, each of rising numbers as
   // differences (plus one) ended by zero: links to drop; links that may make a handle; nodes of links to add,
   // each followed by the distance to the other node; faces that stay open; triangles that a tube joins to
-  // another, each followed by the distance to that one. Empty lists at the end are left away. Without seams,
-  // open faces are guessed by their size.
+  // another, each followed by the distance to that one; triangles of gaps of which an edge is split by a
+  // Steiner point, each followed by which one it is, and three times its height in zigzag. Empty lists at the
+  // end are left away. Without seams, open faces are guessed by their size.
   const uint8_t* seams;
   const uint8_t* seams_end;
   GapTrace* trace;  // may be null
@@ -52,12 +53,15 @@ struct GapOptions {
 struct GapMemory;
 uint64_t gap_memory_bytes(uint32_t n);
 
-// For n nodes there are at most this many tubes (part of the format), and with them so many vertices and
-// triangles are added: faces have at most 5 n corners, each with a vertex and three triangles, and each face
-// of at least three with one vertex more.
+// For n nodes there are at most this many tubes and Steiner points (part of the format), and with them so
+// many vertices and triangles are added: faces have at most 5 n corners, each with a vertex and three
+// triangles, and each face of at least three with one vertex more.
 constexpr uint64_t most_tubes(uint64_t n) { return n / 32; }
+constexpr uint64_t most_steiner_points(uint64_t n) { return n / 8; }
 constexpr uint64_t gap_vertices(uint64_t n) { return 7 * n; }
-constexpr uint64_t gap_triangles(uint64_t n) { return 15 * n + kTubeTriangles * most_tubes(n); }
+constexpr uint64_t gap_triangles(uint64_t n) {
+  return 15 * n + kTubeTriangles * most_tubes(n) + 2 * most_steiner_points(n);
+}
 
 // Adds the triangles to `mesh`. memory: gap_memory_bytes(nodes.count) bytes, aligned to 16.
 // However the nodes lie, the result is an oriented 2-manifold: the faces come from a rotation system (see

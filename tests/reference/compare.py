@@ -61,6 +61,8 @@ def with_seams(data, generator):
         seams = [0, 0] + [generator.choice((1, 2, 5, 9, 30)) for _ in range(2 * generator.randrange(8))] + [0] + seams[-6:]
     if generator.random() < 0.5:  # a fifth list, tubes between triangles
         seams += [generator.choice((1, 2, 7, 60)) for _ in range(2 * generator.randrange(4))]
+    elif generator.random() < 0.7:  # a sixth one, Steiner points
+        seams += [0] + [n for _ in range(generator.randrange(6)) for n in (generator.choice((1, 2, 5, 30)), generator.randrange(40))]
     old = decode.varint(data, ends[6])[0]
     body = data[ends[7]:len(data) - old] if old else data[ends[7]:]
     flags = bytearray(data[:ends[6]])

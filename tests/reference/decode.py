@@ -1001,7 +1001,9 @@ class Gaps:
         patch_triangles = len(self.mesh.triangles)
         self.close_faces()
         if self.seams is not None:
+            end = len(self.mesh.triangles)
             self.add_tubes(patch_triangles)
+            self.add_steiner_points(patch_triangles, end)
 
     def square(self, a, b):
         d = minus(self.nodes[a].position, self.nodes[b].position)
@@ -1322,6 +1324,31 @@ class Gaps:
                          (u[i], u[j], v[j]), (u[i], v[j], v[i])]
             mesh.triangles[x], mesh.triangles[y] = tube[:2]
             mesh.triangles += tube[2:]
+
+    def add_steiner_points(self, first, end):  # 12.11
+        triangles, positions, left = self.mesh.triangles, self.mesh.positions, len(self.nodes) // 8
+        turned = lambda t, k: triangles[t][k:] + triangles[t][:k]
+        for t in self.numbers():
+            t += first
+            z, k = divmod(self.varint(), 3)
+            if t >= end or z >= 256 or left == 0:
+                raise Error(CORRUPT)
+            left -= 1
+            height = -(z + 1) // 2 if z % 2 else z // 2
+            a, b, c = turned(t, k)
+            u, l = next(((u, l) for u in range(t + 1, min(end, t + 257)) for l in range(3) if turned(u, l)[:2] == (b, a)),
+                        (None, 0))
+            if u is None:
+                continue
+            d = turned(u, l)[2]
+            along = minus(positions[b], positions[a])
+            normal = unit(cross(along, minus(positions[c], positions[d])))
+            length = root(dot(along, along))
+            v = self.add_vertex([clamp(quotient(positions[a][i] + positions[b][i], 2)
+                                       + quotient(height * length * normal[i], 8 * 4096), 1 << 20) for i in range(3)])
+            triangles[t] = tuple(v if w == b else w for w in triangles[t])
+            triangles[u] = tuple(v if w == a else w for w in triangles[u])
+            triangles += [(v, b, c), (v, a, d)]
 
     late_error = False
 

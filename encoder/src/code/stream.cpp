@@ -196,6 +196,11 @@ std::vector<uint8_t> code_seams(const Seams& seams) {
   end_list(seams.holes.empty());
   for (const auto& [a, b] : seams.tubes) number(a), put_varint(out, b - a);
   end_list(seams.tubes.empty());
+  for (const SteinerPoint& s : seams.steiner_points) {
+    number(s.triangle);
+    put_varint(out, s.edge + 3 * (uint32_t(s.height) << 1 ^ uint32_t(s.height >> 31)));
+  }
+  end_list(seams.steiner_points.empty());
   out.resize(needed);
   return out;
 }

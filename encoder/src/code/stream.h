@@ -78,6 +78,12 @@ void put_varint(std::vector<uint8_t>& out, uint32_t value);
 StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,
                         QuantisedImages& known);
 
+// Splits an edge of a triangle of gaps, numbered from the first of those, that it shares with one after it.
+struct SteinerPoint {
+  uint32_t triangle, edge;
+  int32_t height;  // eighths of the edge
+};
+
 // What only the decoder's result can tell: numbers in ascending order.
 struct Seams {
   std::vector<uint32_t> dropped_links;               // links between patches that are wrong
@@ -85,6 +91,7 @@ struct Seams {
   std::vector<std::array<uint32_t, 2>> added_links;  // nodes of links that are missing, the lower first
   std::vector<uint32_t> holes;                       // faces between patches that stay open
   std::vector<std::array<uint32_t, 2>> tubes;        // triangles of patches that one joins, the lower first
+  std::vector<SteinerPoint> steiner_points;          // at most one of a triangle
 };
 
 // As the decoder reads them, see GapOptions. Empty lists at the end are left away.

@@ -144,6 +144,18 @@ DistanceToSurface distance_to(const Job& m) {
   return [&m](const std::vector<Vec3>& points) { return distances(m.surface, *m.meter, points); };
 }
 
+SamplesWithSurface samples_with(const Job& m) {
+  return [&m](const TriangleMesh& decoded) {
+    MutualSamples samples = m.meter->samples(decoded);
+    const double scale = m.surface.scale;
+    for (auto* side : {&samples.of_original, &samples.of_other})
+      for (auto& s : *side)
+        s = {(s.point - m.surface.origin) / scale, s.triangle, s.square / (scale * scale),
+             s.area / (scale * scale)};
+    return samples;
+  };
+}
+
 void partition(Job& m, Stopwatch& watch) {
   report(m.options, "partition", 0.05);
   PartitionOptions p = partition_options(m.options);

@@ -10,6 +10,7 @@
 #include "partition/partition.h"
 #include "points/point_surface.h"
 #include "relief/encoder.h"
+#include "seams/seams.h"
 #include "surface/border.h"
 #include "surface/handle_places.h"
 
@@ -65,6 +66,8 @@ struct Job {
 void report(const EncodeOptions& o, const char* stage, double done);
 
 DistanceToSurface distance_to(const Job& m);
+
+SamplesWithSurface samples_with(const Job& m);
 
 // The surface.
 void prepare(Job& m, Stopwatch& watch);

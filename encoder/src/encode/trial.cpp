@@ -12,7 +12,18 @@ namespace {
 constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
 
 SeamsInput seams_input(const Job& m) {
-  return {m.surface, m.topology, distance_to(m), m.border, m.folded, m.effort.face_trials, m.handles};
+  constexpr double kInside = 0.003;  // what Steiner points do is known no better
+  const EncodeOptions& o = m.options;
+  const double target = o.bytes > 0 || o.bits_per_vertex > 0 ? 0 : o.error;
+  return {m.surface,
+          m.topology,
+          distance_to(m),
+          samples_with(m),
+          m.border,
+          m.folded,
+          m.effort.face_trials,
+          m.handles,
+          target * kLatticeDiagonal * std::exp(-kSamplingMargin - kInside)};
 }
 
 size_t count_coincident(const TriangleMesh& mesh) {

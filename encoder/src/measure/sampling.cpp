@@ -22,7 +22,7 @@ double fraction(double x) { return x - std::floor(x); }
 
 std::vector<SurfaceSample> sample_surface(const std::vector<Eigen::Vector3d>& positions,
                                           const std::vector<std::array<uint32_t, 3>>& triangles, size_t count,
-                                          const std::vector<double>& weight) {
+                                          const std::vector<double>& weight, uint64_t set) {
   std::vector<double> cumulated(triangles.size());
   double total = 0;
   auto weight_of = [&](size_t t) { return weight.empty() ? 1 : weight[t]; };
@@ -35,13 +35,14 @@ std::vector<SurfaceSample> sample_surface(const std::vector<Eigen::Vector3d>& po
 
   // Roberts' R2 sequence: steps by powers of the inverse of the plastic number.
   constexpr double kStep1 = 0.7548776662466927, kStep2 = 0.5698402909980532;
+  const double start = 0.5 + 0.31 * double(set);
   std::vector<SurfaceSample> samples(count);
   size_t t = 0;
   for (size_t i = 0; i < count; i++) {
-    double place = (double(i) + hash_to_unit(i)) / double(count) * total;
+    double place = (double(i) + hash_to_unit(i + set * count)) / double(count) * total;
     while (t + 1 < triangles.size() && cumulated[t] <= place) t++;
     const auto& [a, b, c] = triangles[t];
-    double u = fraction(0.5 + double(i) * kStep1), w = fraction(0.5 + double(i) * kStep2);
+    double u = fraction(start + double(i) * kStep1), w = fraction(start + double(i) * kStep2);
     if (u + w > 1) u = 1 - u, w = 1 - w;  // fold the unit square onto the triangle
     samples[i] = {positions[a] * (1 - u - w) + positions[b] * u + positions[c] * w, uint32_t(t),
                   total / double(count) / weight_of(t)};

@@ -17,9 +17,10 @@ struct SurfaceSample {
 // cut into `count` equal strata with one sample at a pseudo-random place in each; within its triangle a
 // sample is placed by a low-discrepancy sequence. Always the same for the same mesh. Throws InputError if
 // there is no area.
+//   set     other numbers make other samples
 //   weight  of each triangle, positive: so many times more samples by area; empty: all 1
 std::vector<SurfaceSample> sample_surface(const std::vector<Eigen::Vector3d>& positions,
                                           const std::vector<std::array<uint32_t, 3>>& triangles, size_t count,
-                                          const std::vector<double>& weight = {});
+                                          const std::vector<double>& weight = {}, uint64_t set = 0);
 
 }  // namespace relief

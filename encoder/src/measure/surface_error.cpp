@@ -254,15 +254,27 @@ std::vector<double> importance(const SearchMesh& from, const SearchMesh& to, Kno
   return weight;
 }
 
-// Samples of one surface, more where it is far from the other.
+// Samples of one surface, more where it is far from the other. set: as in sample_surface
 std::vector<SurfaceSample> samples_for(const SearchMesh& from, const SearchMesh& to, size_t count,
-                                       KnownPositions& known) {
-  return sample_surface(from.positions(), from.triangles(), count, importance(from, to, known));
+                                       KnownPositions& known, uint64_t set = 0) {
+  return sample_surface(from.positions(), from.triangles(), count, importance(from, to, known), set);
 }
 
 std::vector<SurfaceSample> samples_for(const SearchMesh& from, const SearchMesh& to, size_t count) {
   KnownPositions nothing;
   return samples_for(from, to, count, nothing);
+}
+
+// Of rms over rms. squares: sum of what `count` samples add to rms^2; fourth: of the squares of that.
+double deviation_of(double squares, double fourth, size_t count) {
+  if (!(squares > 0)) return 0;
+  return 0.5 * std::sqrt(std::max(0.0, fourth / (squares * squares) - 1 / double(count)));
+}
+
+double deviation_of(const std::vector<MutualSamples::Sample>& samples) {
+  double squares = 0, fourth = 0;
+  for (const auto& s : samples) squares += s.area * s.square, fourth += s.area * s.square * s.area * s.square;
+  return deviation_of(squares, fourth, samples.size());
 }
 
 // Equation 1: from samples of `from`, every so many of them, to the surface `to`. angles: also those between
@@ -299,9 +311,21 @@ OneSided measure_one_sided(const std::vector<SurfaceSample>& samples, size_t str
   }
   result.rms = std::sqrt(all.squares / all.area);
   result.max = std::sqrt(all.max);
-  if (all.squares > 0)
-    result.deviation =
-        0.5 * std::sqrt(std::max(0.0, all.fourth / (all.squares * all.squares) - 1 / double(count)));
+  result.deviation = deviation_of(all.squares, all.fourth, count);
+  return result;
+}
+
+// own: a sample's triangle is that of `from`, else the closest one.
+std::vector<MutualSamples::Sample> with_distances(const std::vector<SurfaceSample>& samples,
+                                                  const SearchMesh& to, const Frame& frame, bool own) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SurfaceSample& s : samples) points.push_back(s.point);
+  std::vector<MutualSamples::Sample> result(samples.size());
+  const double unit = frame.diagonal * frame.diagonal;
+  search_all(points, to, [&](size_t i, const Query& query) {
+    result[i] = {samples[i].point * frame.diagonal + frame.centre, own ? samples[i].triangle : query.triangle,
+                 query.best * unit, samples[i].area * unit};
+  });
   return result;
 }
 
@@ -328,6 +352,15 @@ void summarise_angles(const OneSided& ab, const OneSided& ba, SurfaceError& erro
 constexpr double kMostDeviation = 0.0025;
 
 struct ErrorMeter::Impl {
+  void choose_samples(const SearchMesh& to) {
+    KnownPositions nothing;
+    weight = importance(*original, to, nothing);
+    samples = set_of_samples(0);
+    others.clear();
+  }
+  std::vector<SurfaceSample> set_of_samples(uint64_t set) const {
+    return sample_surface(original->positions(), original->triangles(), sample_count, weight, set);
+  }
   // Equation 1 with one in so many of the samples.
   OneSided from_original(const SearchMesh& to, size_t share);
 
@@ -335,8 +368,10 @@ struct ErrorMeter::Impl {
   size_t sample_count;
   Frame frame;
   std::unique_ptr<SearchMesh> original;
-  std::vector<SurfaceSample> samples;  // of the original, for meshes like the last one
-  KnownPositions known;                // of the last one
+  std::vector<double> weight;  // of the original's triangles, for meshes like the last one
+  // Of the original. What is chosen by samples is not measured by the same ones, which it suits too well.
+  std::vector<SurfaceSample> samples, others;
+  KnownPositions known;  // of the last one
 };
 
 ErrorMeter::ErrorMeter(const TriangleMesh& original, size_t samples) : impl_(std::make_unique<Impl>()) {
@@ -374,10 +409,10 @@ SurfaceError ErrorMeter::measure(const TriangleMesh& other) const {
 OneSided ErrorMeter::Impl::from_original(const SearchMesh& to, size_t share) {
   const double most_deviation = kMostDeviation * std::sqrt(double(share));
   const bool earlier = !samples.empty();
-  if (!earlier) samples = samples_for(*original, to, sample_count);
+  if (!earlier) choose_samples(to);
   OneSided result = measure_one_sided(samples, share, *original, to, false);
   if (!earlier || result.deviation <= most_deviation) return result;
-  samples = samples_for(*original, to, sample_count);
+  choose_samples(to);
   return measure_one_sided(samples, share, *original, to, false);
 }
 
@@ -400,6 +435,25 @@ double ErrorMeter::relative_rms(const TriangleMesh& other) {
   const double rms = std::max(ab.rms, ba.rms);
   impl_->known.much_the_same = rms / 2;
   return rms;
+}
+
+MutualSamples ErrorMeter::samples(const TriangleMesh& other) {
+  const SearchMesh& a = *impl_->original;
+  const SearchMesh b(impl_->device.get(), to_unit(other, impl_->frame), other.triangles);
+  auto original_samples = [&] {
+    if (impl_->others.empty()) impl_->others = impl_->set_of_samples(1);
+    return with_distances(impl_->others, b, impl_->frame, false);
+  };
+  const bool earlier = !impl_->weight.empty();
+  if (!earlier) impl_->choose_samples(b);
+  MutualSamples result = {original_samples(), {}};
+  if (earlier && deviation_of(result.of_original) > kMostDeviation) {
+    impl_->choose_samples(b);
+    result.of_original = original_samples();
+  }
+  const std::vector<SurfaceSample> of_other = samples_for(b, a, impl_->sample_count, impl_->known, 1);
+  result.of_other = with_distances(of_other, a, impl_->frame, true);
+  return result;
 }
 
 std::vector<float> ErrorMeter::distance_of_positions(const TriangleMesh& other) const {

@@ -1,5 +1,6 @@
 // The symmetric rms surface error (paper, 3.1, equations 1 and 2), L-infinity and PSNR.
 #pragma once
+#include <Eigen/Core>
 #include <memory>
 
 #include "relief/encoder.h"
@@ -16,6 +17,17 @@ struct SurfaceError {             // distances in the units of the meshes; a is 
   double normal_mean = 0, normal_p99 = 0;  // degrees between face normals at a sample and its closest point
 };
 
+// Points spread over two surfaces, with their distances to one another.
+struct MutualSamples {
+  struct Sample {
+    Eigen::Vector3d point;
+    uint32_t triangle;  // of the mesh that is not the original: the closest one, or the point's own
+    double square;      // squared distance to the other surface
+    double area;        // that it stands for
+  };
+  std::vector<Sample> of_original, of_other;
+};
+
 // A mesh prepared to be measured against many others: keeps the search structure of the original.
 class ErrorMeter {
  public:
@@ -28,6 +40,8 @@ class ErrorMeter {
   double relative_rms(const TriangleMesh& other);
   // Only SurfaceError::rms_ab over the diagonal, likewise. share: one in so many of the samples is taken.
   double relative_rms_from_original(const TriangleMesh& other, size_t share);
+  // What relative_rms goes by.
+  MutualSamples samples(const TriangleMesh& other);
   // distance of every position of `other` (if_positions) to the original surface, in units of the mesh
   std::vector<float> distance_of_positions(const TriangleMesh& other) const;
   // the triangle of the original that is closest to each position

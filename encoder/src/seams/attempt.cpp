@@ -77,7 +77,7 @@ Attempt open_holes(const SeamContext& in, Seams links) {
 
 Attempt with_links(const SeamContext& in, std::vector<uint32_t> dropped, const Pieces& pieces) {
   return open_holes(
-      in, {std::move(dropped), {}, missing_links(in.plain, in.decoder.open().nodes, in.ground, pieces), {}, {}});
+      in, {std::move(dropped), {}, missing_links(in.plain, in.decoder.open().nodes, in.ground, pieces), {}, {}, {}});
 }
 
 Pieces pieces_of(const SeamContext& in, const std::vector<uint32_t>& dropped) {

@@ -42,7 +42,7 @@ std::vector<std::vector<uint32_t>> missing_handles(const SeamContext& in, const 
 void add_handles(const SeamContext& in, Attempt& best) {
   std::vector<char> vain(in.plain.links.size(), 0);
   auto with_handles = [&](std::vector<uint32_t> handles) {
-    return open_holes(in, {best.seams.dropped_links, std::move(handles), best.seams.added_links, {}, {}});
+    return open_holes(in, {best.seams.dropped_links, std::move(handles), best.seams.added_links, {}, {}, {}});
   };
   for (int trial = 0; trial < kMostTrials && best.topology.genus < in.topology.genus; trial++) {
     std::vector<std::vector<uint32_t>> groups = missing_handles(in, best, vain);

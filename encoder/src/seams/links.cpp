@@ -8,6 +8,7 @@
 #include <set>
 
 #include "measure/closest_point.h"
+#include "points/kd_tree.h"
 #include "surface/sets.h"
 
 namespace relief {
@@ -69,30 +70,41 @@ bool shorter(const NodePair& x, const NodePair& y) {
   return std::tie(x.distance, x.a, x.b) < std::tie(y.distance, y.a, y.b);
 }
 
-// The nearest pairs of a node in group `from` and one of another group of the same component.
-std::vector<NodePair> nearest_pairs(const DecodedMesh& d, const Nodes& nodes, const Ground& g,
-                                    const std::vector<int>& group_of_node,
-                                    const std::vector<int>& component_of_node, int from) {
-  std::vector<NodePair> pairs;
-  std::vector<Vec3> place(d.nodes.size());
-  for (size_t n = 0; n < d.nodes.size(); n++) place[n] = g.lattice(d.mesh.positions[d.nodes[n]]);
-  for (uint32_t a = 0; a < d.nodes.size(); a++) {
-    if (group_of_node[a] != from) continue;
-    NodePair best = {INFINITY, a, a};
-    for (uint32_t b = 0; b < d.nodes.size(); b++) {
-      if (group_of_node[b] == from || component_of_node[b] != component_of_node[a] ||
-          neighbouring_pixels(nodes[a], nodes[b]))
-        continue;
-      const double distance = (place[a] - place[b]).squaredNorm();
-      if (distance < best.distance) best = {distance, a, b};
-    }
-    if (best.a != best.b) pairs.push_back(best);
+// Nodes with the group and component that each belongs to.
+struct Grouped {
+  const Nodes& nodes;
+  const KdTree& tree;  // of their places
+  std::vector<int> group, component;
+
+  bool may_join(uint32_t a, uint32_t b) const {
+    return group[a] != group[b] && component[a] == component[b] && !neighbouring_pixels(nodes[a], nodes[b]);
   }
-  const size_t kept = std::min(kNearestPairs, pairs.size());
-  std::partial_sort(pairs.begin(), pairs.begin() + ptrdiff_t(kept), pairs.end(), shorter);
-  pairs.resize(kept);
-  return pairs;
-}
+
+  // The nearest node that one may be joined to, no farther than so much; the node itself if there is none.
+  NodePair nearest(uint32_t a, double farthest, std::vector<Neighbour>& found) const {
+    for (size_t count = 16;; count *= 4) {
+      tree.nearest(tree.points()[a], count, found);
+      for (const Neighbour& n : found)
+        if (may_join(a, n.index)) return {n.squared, a, n.index};
+      if (found.size() < count || found.back().squared > farthest) return {INFINITY, a, a};
+    }
+  }
+
+  // The nearest pairs of a node in group `from` and one of another group of the same component.
+  std::vector<NodePair> nearest_pairs(int from) const {
+    std::vector<NodePair> pairs;  // the shortest first
+    std::vector<Neighbour> found;
+    for (uint32_t a = 0; a < group.size(); a++) {
+      if (group[a] != from) continue;
+      const NodePair best =
+          nearest(a, pairs.size() < kNearestPairs ? INFINITY : pairs.back().distance, found);
+      if (best.a == best.b) continue;
+      pairs.insert(std::upper_bound(pairs.begin(), pairs.end(), best, shorter), best);
+      pairs.resize(std::min(kNearestPairs, pairs.size()));
+    }
+    return pairs;
+  }
+};
 
 }  // namespace
 
@@ -164,19 +176,22 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
   std::set<std::pair<uint32_t, uint32_t>> known;  // the decoder adds none of these a second time
   for (const auto& [a, b] : decoded.links) known.insert(std::minmax(a, b));
   Sets sets(pieces.component.size());
-  std::vector<int> group(decoded.nodes.size()), component(decoded.nodes.size());
+  std::vector<Vec3> places;
+  for (uint32_t v : decoded.nodes) places.push_back(ground.lattice(decoded.mesh.positions[v]));
+  const KdTree tree(places);
+  Grouped all_nodes = {nodes, tree, std::vector<int>(places.size()), std::vector<int>(places.size())};
   auto renew = [&] {
     for (size_t n = 0; n < decoded.nodes.size(); n++) {
       const int g = pieces.group[size_t(pieces.part[decoded.nodes[n]])];
-      group[n] = sets.find(g);
-      component[n] = pieces.component[size_t(g)];
+      all_nodes.group[n] = int(sets.find(uint32_t(g)));
+      all_nodes.component[n] = pieces.component[size_t(g)];
     }
   };
   renew();
   for (int g = 0; g < int(pieces.component.size()); g++) {
     const int main = pieces.main[size_t(pieces.component[size_t(g)])];
     if (sets.find(g) == sets.find(main)) continue;
-    const std::vector<NodePair> pairs = nearest_pairs(decoded, nodes, ground, group, component, sets.find(g));
+    const std::vector<NodePair> pairs = all_nodes.nearest_pairs(int(sets.find(uint32_t(g))));
     auto taken = [&](const NodePair& p) {
       return known.count(std::minmax(p.a, p.b)) > 0 ||
              std::any_of(added.begin(), added.end(), [&](auto& l) { return l[0] == std::min(p.a, p.b); });
@@ -189,7 +204,7 @@ std::vector<std::array<uint32_t, 2>> missing_links(const DecodedMesh& decoded, c
     if (best == pairs.end()) best = std::find_if_not(pairs.begin(), pairs.end(), taken);
     if (best == pairs.end()) continue;
     added.push_back({std::min(best->a, best->b), std::max(best->a, best->b)});
-    sets.join(group[best->a], group[best->b]);
+    sets.join(uint32_t(all_nodes.group[best->a]), uint32_t(all_nodes.group[best->b]));
     renew();
   }
   std::sort(added.begin(), added.end());

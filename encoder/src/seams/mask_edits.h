@@ -25,9 +25,11 @@ class MaskEdits {
   // A pixel of patches() as one of the patches as they were.
   Pixel whole_pixel(const Pixel& now) const { return {origin_[now.patch], now.index}; }
 
-  // Of pixels of the patches as they were. One that was put back is held: callers leave it alone.
+  // Of pixels of the patches as they were. One that was put back is held until release(): callers leave it
+  // alone.
   void take_out(const Pixel& pixel);
   void put_back(const Pixel& pixel);
+  void release() { held_.clear(); }
   bool is_held(const Pixel& pixel) const { return held_.count({pixel.patch, pixel.index}) > 0; }
 
   // Renews patches(). False if nothing has changed, or nothing would be left.

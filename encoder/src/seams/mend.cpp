@@ -14,7 +14,8 @@ constexpr double kFoldScore = 8;
 constexpr int kVainRounds = 2;  // without getting better
 // With more folds than so few there may be so many rounds more.
 constexpr size_t kFewFolds = 8;
-constexpr int kRoundsForFolds = 4;
+constexpr int kRoundsForFolds = 6;
+constexpr int kHeldRounds = 4;     // then pixels that were put back are tried again: others are gone by then
 constexpr int kNeedfulRounds = 2;  // after those, for what must not stay
 constexpr double kCoincidentScore = 1000;
 constexpr double kAround = 2.5;  // spacings; so far around a pixel triangles change without it
@@ -125,6 +126,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     for (const Cluster& c : taken)
       if (now.around(c) > c.score)
         for (const Pixel& p : c.pixels) edits.put_back(p);
+    if (round % kHeldRounds == kHeldRounds - 1) edits.release();
     std::vector<uint32_t> wished;
     for (uint32_t v : unwanted.wished)
       if (!needful && !edits.is_held(edits.whole_pixel(in.ground.pixel[v]))) wished.push_back(v);

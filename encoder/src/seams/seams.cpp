@@ -7,6 +7,7 @@
 
 #include "seams/attempt.h"
 #include "seams/handles.h"
+#include "seams/steiner_points.h"
 #include "seams/tubes.h"
 #include "seams/unfold.h"
 
@@ -211,6 +212,7 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   if (thorough) unfold(in, best);
   if (thorough && !in.closed()) adjust_holes(in, best);
   if (thorough) add_tubes(in, best);
+  if (thorough) add_steiner_points(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }
 

@@ -1,6 +1,7 @@
 // What the encoder learns by decoding its own stream: which faces between patches are real holes of the
 // surface, which links between patches are wrong or missing, and which pixels spoil the seams.
 #pragma once
+#include "measure/surface_error.h"
 #include "measure/topology.h"
 #include "resample/cliffs.h"
 #include "seams/mask_edits.h"
@@ -10,14 +11,19 @@
 
 namespace relief {
 
+// Of the surface and of what a stream decodes to, lattice units.
+using SamplesWithSurface = std::function<MutualSamples(const TriangleMesh&)>;
+
 struct SeamsInput {
   const Surface& surface;
   Topology topology;  // of the surface
   DistanceToSurface distance;
+  SamplesWithSurface samples;
   const SurfaceBorder& border;
   const std::vector<Vec3>& folded;  // its vertices where it is folded
   int face_trials;                  // decodings, at most, to find links for the worst faces between patches
   const std::vector<HandlePlace>& handles;  // of the surface; empty: those that are lost stay so
+  double target;                            // error, lattice units; 0: none
 };
 
 struct FoundSeams {
@@ -28,7 +34,7 @@ struct FoundSeams {
 
 // Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed, its handles
 // made. thorough: also tries links and holes that one cannot be sure of, leaves links out that fold, and adds
-// tubes.
+// tubes and Steiner points.
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough);
 
