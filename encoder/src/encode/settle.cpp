@@ -6,38 +6,55 @@
 namespace relief {
 namespace {
 
+// Of the target, in the logarithm.
+constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002, kHopeless = 0.02;
+constexpr double kFarOff = 0.02, kJump = 0.05;
+constexpr double kSame = 0.01;  // steps that differ by less need no other masks
+
+// A thorough trial; no vertex lies on another if that can be helped.
+Trial code_soundly(const Job& m, Sampled& s, Stopwatch& watch) {
+  Trial t = code(m, s, true, watch);
+  if (t.coincident > 0) {
+    mend(m, s, 0, watch);
+    t = code(m, s, true, watch);
+  }
+  t.error = measure(m, t, watch);
+  return t;
+}
+
+// The stream without quantisation.
+std::vector<uint8_t> unquantised(const Job& m, Sampled& s, Stopwatch& watch) {
+  s.placement.step = float(finest_step(s.patches));
+  s.placement.trade = 0;
+  s.quantised = {};
+  s.placement.coefficient_bytes = SIZE_MAX;
+  return code(m, s, true, watch).stream;
+}
+
 // The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target.
-// Masks are mended for each: their error jumps by a percent, which Steiner points take up. met: whether any
-// trial did; then also whether this one does.
-// off: by how much patches with this step miss the target, as far as the search knows
+// Masks are mended for each: their error jumps by a percent, which Steiner points take up.
+//   off  by how much these patches with this step miss the target, as far as the search knows
+//   met  whether any trial met the target; then also whether this one does
 Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopwatch& watch) {
   constexpr int kMost = 6, kMendRounds = 2, kVain = 3;
-  constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002,
-                   kHopeless = 0.02, kFarOff = 0.02, kJump = 0.05, kSame = 0.01;  // of the target, in the logarithm
   const bool bisk = s.placement.bisk;
   // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
   const double slope = bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6;
+  const double finest = finest_step(s.patches);
   Trial best;
   double best_y = INFINITY;
-  double x = std::log(double(s.placement.step));
-  const double first_x = x;
+  const double first_x = std::log(double(s.placement.step));
   const bool corrected = !bisk && met && std::fabs(off) > kFarOff;
-  if (corrected) x += std::clamp(-off / slope, -0.3, 0.3);
-  double mended_x = s.mended ? x : INFINITY;
-  const double finest = finest_step(s.patches);
+  double x = corrected ? first_x + std::clamp(-off / slope, -0.3, 0.3) : first_x;
+  double mended_x = s.mended ? first_x : INFINITY;
   for (int i = 0; i < kMost; i++) {
     if (!bisk)
       s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
     else if (i > 0)
       s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
     if (std::fabs(x - mended_x) > kSame) mend(m, s, kMendRounds, watch), mended_x = x;
-    Trial t = code(m, s, true, watch);
-    if (t.coincident > 0) {
-      mend(m, s, 0, watch);
-      t = code(m, s, true, watch);
-    }
+    Trial t = code_soundly(m, s, watch);
     if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
-    t.error = measure(m, t, watch);
     const double y = excess(t, m.options, bytes);
     const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
     const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
@@ -45,19 +62,13 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
     if (!met || (best_y <= 0 && best_y > -(kInside + kContent * std::max(0, i - 2)))) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
-    if (y > kJump && i == 0 && corrected)
+    if (i == 0 && corrected && y > kJump)
       x -= (x - first_x) * (y + aim) / (y - off);  // something was lost on the way
     else
       x += std::clamp(-(y + aim) / slope, -0.3, 0.3);
   }
   met = best_y <= 0;
-  if (m.options.unquantised) {
-    s.placement.step = float(finest);
-    s.placement.trade = 0;
-    s.quantised = {};
-    s.placement.coefficient_bytes = SIZE_MAX;
-    best.unquantised = code(m, s, true, watch).stream;
-  }
+  if (m.options.unquantised) best.unquantised = unquantised(m, s, watch);
   return best;
 }
 

@@ -19,7 +19,7 @@ constexpr double kPrice = 0.004;        // of keeping within the target at once,
 constexpr double kPromise = 0.95;       // heights fit the samples better than the surface
 constexpr double kFold = -0.5;          // least cosine between normals of neighbours
 constexpr uint32_t kWindow = 256;       // as in the decoder
-constexpr int32_t kMostHeight = 127;
+constexpr int32_t kMostHeight = 127;    // likewise
 
 using Corners = std::array<Vec3, 3>;
 
@@ -39,8 +39,10 @@ struct Split {
 
 Vec3 normal_of(const Corners& c) { return (c[1] - c[0]).cross(c[2] - c[0]).normalized(); }
 
+// The error of what is decoded, triangle by triangle, and which splits would lessen it.
 class Splitter {
  public:
+  // end: of the triangles of gaps
   Splitter(const SeamContext& in, const DecodedMesh& d, size_t end)
       : in_(in), d_(d), first_(d.patch_triangles()), end_(end), samples_(in.samples(d.mesh)) {
     const size_t triangles = d.mesh.triangles.size();
@@ -212,18 +214,18 @@ class Splitter {
     return {heights.begin(), heights.end()};
   }
 
-  static std::array<Corners, 4> halves(const Edge& e, const Vec3& p, const Vec3& a, const Vec3& b,
-                                       const Vec3& c, const Vec3& d) {
-    (void)e;
+  // What becomes of both triangles, with the point at p.
+  std::array<Corners, 4> halves(const Edge& e, const Vec3& p) const {
+    const Vec3 a = at(e.a), b = at(e.b), c = at(e.c), d = at(e.d);
     return {Corners{a, p, c}, Corners{p, b, c}, Corners{b, p, d}, Corners{p, a, d}};
   }
 
   // With this height: what becomes of the original's samples around; nothing if it folds.
   Split split(const Edge& e, int32_t height) const {
-    const Vec3 a = at(e.a), b = at(e.b), c = at(e.c), d = at(e.d);
-    const Vec3 normal = (b - a).cross(c - d).normalized();
+    const Vec3 a = at(e.a), b = at(e.b);
+    const Vec3 normal = (b - a).cross(at(e.c) - at(e.d)).normalized();
     Split s = {e, height, (a + b) / 2 + height * (b - a).norm() / 8 * normal};
-    const std::array<Corners, 4> now = halves(e, s.point, a, b, c, d);
+    const std::array<Corners, 4> now = halves(e, s.point);
     if (folds(e, now)) return s;
     std::set<uint32_t> ring;
     for (uint32_t v : {e.a, e.b, e.c, e.d})
@@ -269,8 +271,7 @@ class Splitter {
     std::vector<Vec3> points;
     std::vector<double> area;
     for (const Split& s : splits)
-      for (const Corners& t :
-           halves(s.edge, s.point, at(s.edge.a), at(s.edge.b), at(s.edge.c), at(s.edge.d))) {
+      for (const Corners& t : halves(s.edge, s.point)) {
         const double part = (t[1] - t[0]).cross(t[2] - t[0]).norm() / 2 / 6;
         for (size_t k = 0; k < 3; k++)
           for (double w : {0.7, 0.1}) {
