@@ -26,6 +26,11 @@ inline uint32_t byte_of_lowest_bit(uint64_t word) {
   return kLittleEndian ? byte : 7 - byte;
 }
 
+// A word whose first bytes, in the order of memory, are all ones; count: 1 .. 7 of them.
+inline uint64_t first_bytes(uint32_t count) {
+  return kLittleEndian ? (uint64_t(1) << 8 * count) - 1 : ~(~uint64_t(0) >> 8 * count);
+}
+
 // The first place from x on, and before end, whose byte is not `value`, or else end.
 [[gnu::noinline]] inline int run_end(const uint8_t* row, int x, int end, uint8_t value) {
   for (; x + 8 <= end; x += 8)
