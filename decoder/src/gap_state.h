@@ -1,4 +1,5 @@
-// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tube, steiner_points.
+// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tube,
+// steiner_points.
 #pragma once
 #include "container.h"
 #include "gaps.h"
@@ -70,7 +71,7 @@ struct Gaps {
   CellNode* cell_nodes;
   uint32_t bucket_mask;
   int cell_shift;
-  int rank_shift;     // of lengths: ranks are a sixteenth to an eighth of the largest spacing apart
+  int rank_shift;         // of lengths: ranks are a sixteenth to an eighth of the largest spacing apart
   uint32_t* group;        // union-find over components
   Link *links, *sorting;  // the latter: scratch of sort_links
   uint32_t link_count, link_capacity;
@@ -106,6 +107,10 @@ inline int32_t dot(const int16_t a[3], const int16_t b[3]) {
 }
 inline int64_t root(int64_t v) { return int64_t(__builtin_sqrt(double(v))); }  // v < 2^53: exact argument
 
+inline int64_t clamp_coordinate(int64_t v) {
+  return v > kCoordinateLimit ? kCoordinateLimit : v < -kCoordinateLimit ? -kCoordinateLimit : v;
+}
+
 // For every node the nearest one that faces it over a gap, in g.nearest.
 void find_partners(Gaps& g);
 
@@ -115,7 +120,8 @@ bool make_links(Gaps& g);
 // Adds the triangles of all faces. Leaves g.seams at the end of their list.
 relief_status close_faces(Gaps& g);
 
-// Joins triangles of patches, the first so many of the mesh, by the tubes that the rest of the seams tells of.
+// Joins triangles of patches, the first so many of the mesh, by the tubes that the rest of the seams tells
+// of.
 relief_status add_tubes(Gaps& g, uint32_t patch_triangles);
 
 // Adds the Steiner points that the rest of the seams tells of to triangles [first, end), those of gaps.

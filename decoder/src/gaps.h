@@ -58,6 +58,10 @@ uint64_t gap_memory_bytes(uint32_t n);
 // triangles, and each face of at least three with one vertex more.
 constexpr uint64_t most_tubes(uint64_t n) { return n / 32; }
 constexpr uint64_t most_steiner_points(uint64_t n) { return n / 8; }
+// Also part of the format: of the triangles at a Steiner point's edge the second is one of so many after the
+// first; its height is in so many parts of the edge's length, from minus so many to so many less one.
+constexpr uint32_t kSteinerWindow = 256;
+constexpr int32_t kSteinerParts = 8, kSteinerHeights = 128;
 constexpr uint64_t gap_vertices(uint64_t n) { return 7 * n; }
 constexpr uint64_t gap_triangles(uint64_t n) {
   return 15 * n + kTubeTriangles * most_tubes(n) + 2 * most_steiner_points(n);

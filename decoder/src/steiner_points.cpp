@@ -5,9 +5,6 @@
 namespace relief {
 namespace {
 
-constexpr uint32_t kWindow = 256;  // the other triangle is one of so many after the first; part of the format
-constexpr uint32_t kMostCode = 768;  // likewise: heights below 16 lengths of the edge
-
 // A triangle and one of its edges, seen from within: from a to b, with the corner opposite.
 struct Side {
   uint32_t* corners;
@@ -24,7 +21,7 @@ bool find_other_side(const Side& side, uint32_t* end, Side& other) {
   return false;
 }
 
-// So many eighths of the edge's length over its middle, along the normal of both triangles.
+// So many parts of the edge's length over its middle, along the normal of both triangles.
 void place_point(const MeshWriter& m, const Side& s, const Side& other, int64_t height) {
   int64_t along[3], across[3], sum[3], normal[3], square = 0;
   for (int k = 0; k < 3; k++) {
@@ -38,10 +35,8 @@ void place_point(const MeshWriter& m, const Side& s, const Side& other, int64_t 
   unit_vector(normal, unit);
   const int64_t rise = height * root(square);
   for (int k = 0; k < 3; k++) {
-    int64_t p = sum[k] / 2 + rise * unit[k] / (8 * kUnit);
-    if (p > kCoordinateLimit) p = kCoordinateLimit;
-    if (p < -kCoordinateLimit) p = -kCoordinateLimit;
-    m.positions[3 * size_t(m.vertex_count) + size_t(k)] = float(p);
+    const int64_t p = sum[k] / 2 + rise * unit[k] / (kSteinerParts * kUnit);
+    m.positions[3 * size_t(m.vertex_count) + size_t(k)] = float(clamp_coordinate(p));
   }
 }
 
@@ -59,8 +54,8 @@ relief_status add_steiner_points(Gaps& g, uint32_t first, uint32_t end) {
   uint64_t left = most_steiner_points(g.count);
   for (g.seams.advance(); g.seams.next; g.seams.advance()) {
     const uint32_t t = g.seams.next - 1, code = g.seams.varint(), zigzag = code / 3;
-    if (t >= end - first || code >= kMostCode || left-- == 0) return RELIEF_ERROR_CORRUPT;
-    const uint32_t ahead = end - first - t <= kWindow ? end - first - t : kWindow + 1;
+    if (t >= end - first || code >= 3 * 2 * kSteinerHeights || left-- == 0) return RELIEF_ERROR_CORRUPT;
+    const uint32_t ahead = end - first - t <= kSteinerWindow ? end - first - t : kSteinerWindow + 1;
     const Side side = {m.indices + 3 * size_t(first + t), code % 3};
     Side other;
     if (!find_other_side(side, side.corners + 3 * size_t(ahead), other)) continue;

@@ -49,10 +49,8 @@ int64_t distance2(const int64_t a[3], const int64_t b[3]) { return product(a, a,
     const int64_t ahead = product(e.corner[i], to, e.middle);
     const int64_t rise = height - (length ? ahead / (4 * length) : 0);
     for (int k = 0; k < 3; k++) {
-      int64_t p = (e.corner[i][k] + 3 * e.middle[k]) / 4 + way * (rise * e.normal[k] / kUnit);
-      if (p > kCoordinateLimit) p = kCoordinateLimit;
-      if (p < -kCoordinateLimit) p = -kCoordinateLimit;
-      e.rim[i][k] = p;
+      const int64_t p = (e.corner[i][k] + 3 * e.middle[k]) / 4 + way * (rise * e.normal[k] / kUnit);
+      e.rim[i][k] = clamp_coordinate(p);
     }
   }
 }

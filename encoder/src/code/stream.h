@@ -81,7 +81,7 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
 // Splits an edge of a triangle of gaps, numbered from the first of those, that it shares with one after it.
 struct SteinerPoint {
   uint32_t triangle, edge;
-  int32_t height;  // eighths of the edge
+  int32_t height;  // in kSteinerParts of the edge
 };
 
 // What only the decoder's result can tell: numbers in ascending order.

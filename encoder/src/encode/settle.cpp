@@ -6,8 +6,11 @@
 namespace relief {
 namespace {
 
-// Of the target, in the logarithm.
-constexpr double kInside = 0.008, kContent = 0.003, kAim = 0.002, kHopeless = 0.02;
+// Of the target, in the logarithm: trials end when one is so far inside at most, more with every trial, or
+// when all of the first are so far outside; the next one aims so far inside.
+constexpr double kInside = 0.008, kContent = 0.003, kHopeless = 0.02, kAim = 0.002;
+// The first trial makes up for what the search is off, if that is so much. If it is so far outside then, the
+// search was wrong.
 constexpr double kFarOff = 0.02, kJump = 0.05;
 constexpr double kSame = 0.01;  // steps that differ by less need no other masks
 

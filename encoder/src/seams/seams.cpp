@@ -14,7 +14,7 @@
 namespace relief {
 namespace {
 
-constexpr int kMostTrials = 12;  // of holes
+constexpr int kMostTrials = 12;        // of holes
 constexpr double kShareToLink = 0.03;  // of all error: faces that get links of their own
 constexpr size_t kMostNewLinks = 8;
 // With so much of all error in one face there may be so many times the trials.
@@ -208,11 +208,13 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
-  if (thorough) FaceTrials(in, best).run();
-  if (thorough) unfold(in, best);
-  if (thorough && !in.closed()) adjust_holes(in, best);
-  if (thorough) add_tubes(in, best);
-  if (thorough) add_steiner_points(in, best);
+  if (thorough) {
+    FaceTrials(in, best).run();
+    unfold(in, best);
+    if (!in.closed()) adjust_holes(in, best);
+    add_tubes(in, best);
+    add_steiner_points(in, best);
+  }
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
 }
 

@@ -18,8 +18,6 @@ constexpr double kLeastWorth = 0.3;     // of points that are added to keep with
 constexpr double kPrice = 0.004;        // of keeping within the target at once, of all bytes
 constexpr double kPromise = 0.95;       // heights fit the samples better than the surface
 constexpr double kFold = -0.5;          // least cosine between normals of neighbours
-constexpr uint32_t kWindow = 256;       // as in the decoder
-constexpr int32_t kMostHeight = 127;    // likewise
 
 using Corners = std::array<Vec3, 3>;
 
@@ -160,7 +158,7 @@ class Splitter {
       const auto other = std::lower_bound(sides.begin(), sides.end(), back);
       if (other == sides.end() || other->first != back.first || other->second <= corner) continue;
       const uint32_t t = corner / 3, k = corner % 3, u = other->second / 3, l = other->second % 3;
-      if (u - t > kWindow) continue;
+      if (u - t > kSteinerWindow) continue;
       const Edge edge = {
           t, u, k, ends[0], ends[1], d_.mesh.triangles[t][(k + 2) % 3], d_.mesh.triangles[u][(l + 2) % 3]};
       if (kLeastWorth <
@@ -180,8 +178,9 @@ class Splitter {
     std::vector<Split> splits;
     for (const Edge& e : all) {
       Split best;
+      const std::vector<uint32_t> ring = ring_of(e);
       for (int32_t height : heights_for(e)) {
-        const Split s = split(e, height);
+        const Split s = split(e, height, ring);
         if (s.to_decoded > best.to_decoded) best = s;
       }
       if (best.height != 0) splits.push_back(best);
@@ -193,7 +192,7 @@ class Splitter {
   std::vector<int32_t> heights_for(const Edge& e) const {
     const Vec3 a = at(e.a), b = at(e.b), middle = (a + b) / 2;
     const Vec3 normal = (b - a).cross(at(e.c) - at(e.d)).normalized();
-    const double unit = (b - a).norm() / 8;
+    const double unit = (b - a).norm() / kSteinerParts;
     double farthest = 0, most = -1, sum = 0, weight = 0;
     for (uint32_t t : {e.t, e.u})
       for (size_t i = first_sample_[t]; i < first_sample_[t + 1]; i++) {
@@ -204,7 +203,7 @@ class Splitter {
       }
     std::set<int32_t> heights;
     auto offer = [&](double h) {
-      if (std::fabs(h) <= kMostHeight * unit) heights.insert(int32_t(std::lround(h / unit)));
+      if (std::fabs(h) <= (kSteinerHeights - 1) * unit) heights.insert(int32_t(std::lround(h / unit)));
     };
     if (weight > 0 && unit > 0)
       for (double h :
@@ -220,17 +219,22 @@ class Splitter {
     return {Corners{a, p, c}, Corners{p, b, c}, Corners{b, p, d}, Corners{p, a, d}};
   }
 
-  // With this height: what becomes of the original's samples around; nothing if it folds.
-  Split split(const Edge& e, int32_t height) const {
-    const Vec3 a = at(e.a), b = at(e.b);
-    const Vec3 normal = (b - a).cross(at(e.c) - at(e.d)).normalized();
-    Split s = {e, height, (a + b) / 2 + height * (b - a).norm() / 8 * normal};
-    const std::array<Corners, 4> now = halves(e, s.point);
-    if (folds(e, now)) return s;
+  // The triangles at an edge's and its triangles' corners, but for those two.
+  std::vector<uint32_t> ring_of(const Edge& e) const {
     std::set<uint32_t> ring;
     for (uint32_t v : {e.a, e.b, e.c, e.d})
       for (uint32_t t : fan_.at(v)) ring.insert(t);
     ring.erase(e.t), ring.erase(e.u);
+    return {ring.begin(), ring.end()};
+  }
+
+  // With this height: what becomes of the original's samples around; nothing if it folds.
+  Split split(const Edge& e, int32_t height, const std::vector<uint32_t>& ring) const {
+    const Vec3 a = at(e.a), b = at(e.b);
+    const Vec3 normal = (b - a).cross(at(e.c) - at(e.d)).normalized();
+    Split s = {e, height, (a + b) / 2 + height * (b - a).norm() / kSteinerParts * normal};
+    const std::array<Corners, 4> now = halves(e, s.point);
+    if (folds(e, now)) return s;
     std::vector<Corners> others;
     for (uint32_t t : ring) others.push_back(corners(t));
     auto nearest = [](const Vec3& p, const auto& list, double least) {
