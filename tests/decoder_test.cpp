@@ -962,7 +962,12 @@ std::string tables_text() {
   s += "\n  ],\n  \"first_nonzero\": [" + row(kFirstNonzero[0], whole) + ",\n    " +
        row(kFirstNonzero[1], whole) + "],\n  \"first_greater\": [";
   for (int a = 0; a < kActivities; a++) s += (a ? ", " : "") + row(kFirstGreater[a], whole);
-  return s + "]\n}\n";
+  const auto rows = [](const auto& list) { return row(list, whole); };
+  const auto blocks = [&](const auto& list) { return row(list, rows); };
+  return s +
+         "],\n  \"nonzero_move\": " + row(kNonzeroMove, [&](const auto& list) { return row(list, blocks); }) +
+         ",\n  \"greater_move\": " + rows(kGreaterMove) + ",\n  \"first_sign\": " + blocks(kFirstSign) +
+         ",\n  \"first_tail\": " + blocks(kFirstTail) + ",\n  \"first_low\": " + rows(kFirstLow) + "\n}\n";
 }
 
 TEST(Document, ListsTheTablesOfTheDecoder) {

@@ -67,7 +67,7 @@ TEST_P(Prefixes, ErrFurtherTheShorterTheyAre) {
 TEST(Arriving, InPiecesGivesTheMeshOfThePrefix) {
   for (Coder coder : {Coder::kSubband, Coder::kBisk}) {
     EncodeOptions options;
-    options.error = 1e-4;
+    options.error = 8e-5;
     options.coder = coder;
     const std::vector<uint8_t> s = encode(make_bumpy_sphere(6), options).stream;
     EXPECT_GT(s.size(), 2500u);

@@ -2,13 +2,13 @@
 // in a rich context made of coded neighbours, parent and sibling bands, one by the nearest magnitudes; mixed.
 // Quantisation is trellis-coded. Shared with the encoder.
 #pragma once
+#include "first_guesses.h"
 #include "format.h"
 #include "leaves.h"
 #include "mixing.h"
 
 namespace relief {
 
-constexpr int kActivities = 20;  // classes of the expected magnitude
 constexpr int kUnary = 15;       // magnitudes from here on have an exponential-Golomb tail
 constexpr int kScales = 3;       // the two finest levels and all coarser ones have models of their own
 constexpr int kGreaterSets = 5;  // sets of mixing weights for the steps of a magnitude
@@ -51,35 +51,18 @@ constexpr int activity_class(uint32_t e) {
 static_assert(activity_class(kSumCap >> kActivityShift) == kActivities - 1,
               "sums are cut where it makes no difference");
 
-// First guesses, in 1/65536 and 1/256: that a coefficient of a quantiser and a class is not zero; that a
-// magnitude is greater than 1, than 2, than any k beyond. Trained on scans; part of the format.
-constexpr uint16_t kFirstNonzero[2][kActivities] = {
-    {103,   59,    92,    169,   599,   811,   1501,  2356,  4360,  7006,
-     14386, 25580, 33014, 40987, 45666, 52929, 55983, 60519, 61633, 64070},
-    {10,    34,    24,    32,    22,    263,   1105,  4249,  11578, 26455,
-     37886, 45345, 53220, 57175, 62333, 61738, 63546, 62952, 63763, 64886}};
-constexpr uint8_t kFirstGreater[kActivities][3] = {
-    {190, 223, 249}, {63, 71, 182},   {86, 63, 104},   {49, 88, 188},   {51, 95, 169},
-    {39, 106, 205},  {38, 77, 188},   {32, 79, 189},   {26, 76, 183},   {28, 75, 158},
-    {40, 63, 153},   {61, 67, 149},   {89, 92, 139},   {123, 122, 150}, {151, 150, 169},
-    {178, 170, 186}, {197, 192, 201}, {212, 210, 214}, {226, 220, 225}, {244, 244, 244}};
-constexpr uint32_t kFirstCount = 12;  // what a first guess is worth
-
-// Those that nothing is known of to begin with.
-struct FreshModels {
-  Model zero_near[256][3][2];  // by nearest magnitudes, band type, quantiser
-  Model greater_near[64][3][kUnary + 1];
-  Model sign[3][9];
-  Model tail[3][kGolombModels];
-  Model low_zero[2], low[2][kGolombModels];
-};
-
 // What changes from bit to bit.
-struct LearnedModels : FreshModels {
+struct LearnedModels {
   // each bit has two models, mixed: one by activity, one by the nearest magnitudes
   Model zero[kActivities][3][kScales][2][2];  // by activity, band type, scale, mask edge, quantiser
   Model greater[kActivities][kScales][kUnary + 1];
+  Model zero_near[256][3][2];  // by nearest magnitudes, band type, quantiser
+  Model greater_near[64][3][kUnary + 1];
   int32_t weight[kActivities][2 + kGreaterSets][2];  // of zero, by quantiser, then of greater
+  // bits of one model
+  Model sign[3][9];
+  Model tail[2][kGolombModels];  // by whether the activity is the highest
+  Model low_zero[2], low[2][kGolombModels];
 };
 
 struct CoefficientModels : LearnedModels {
@@ -92,18 +75,58 @@ struct CoefficientModels : LearnedModels {
       class_of_sum[0][e] = uint8_t(activity_class(e >> kActivityShift));
       class_of_sum[1][e] = uint8_t(activity_class((e * kEdgeFactor >> kEdgeShift) >> kActivityShift));
     }
-    Model* const m = reinterpret_cast<Model*>(static_cast<FreshModels*>(this));
-    for (size_t i = 0; i < sizeof(FreshModels) / sizeof(Model); i++) m[i] = kModelInit;
-    for (int a = 0; a < kActivities; a++) {
-      for (auto& type : zero[a])
-        for (auto& scale : type)
-          for (auto& edge : scale)
-            for (int i = 0; i < 2; i++) edge[i] = model_of(kFirstNonzero[i][a], kFirstCount);
-      for (auto& scale : greater[a])
-        for (int k = 0; k <= kUnary; k++)
-          scale[k] = model_of(kFirstGreater[a][k < 1 ? 0 : k < 3 ? k - 1 : 2] * 256u, kFirstCount);
-      for (auto& set : weight[a]) set[0] = 46000, set[1] = 18000;  // 0.70 and 0.27
+    for (int a = 0; a < kActivities; a++) guess_by_activity(a);
+    for (int t = 0; t < 3; t++) {
+      for (uint32_t near = 0; near < 256; near++) guess_near(t, near);
+      for (int i = 0; i < 9; i++) sign[t][i] = model_of(kFirstSign[t][i] * 256u, kFirstSignCount);
     }
+    for (int i = 0; i < 2; i++) {
+      guess_golomb(tail[i], kFirstTail[i]);
+      guess_golomb(low[i], kFirstLow);
+      low_zero[i] = model_of(kFirstLow[0] * 256u, kFirstGolombCount);
+    }
+  }
+
+ private:
+  // A probability of 16 bits, moved in the logistic domain by 1/32 a step.
+  RELIEF_COLD uint32_t moved(uint32_t p16, int steps) const {
+    const int x = logistic.stretch[p16 >> 4] + 8 * steps;
+    return uint32_t(logistic.squashed[(x > 2047 ? 2047 : x < -2047 ? -2047 : x) + 2048]) << 4;
+  }
+  RELIEF_COLD static uint32_t first_greater(int activity, int k) {
+    return kFirstGreater[activity][k < 1 ? 0 : k < 3 ? k - 1 : 2] * 256u;
+  }
+
+  RELIEF_COLD void guess_by_activity(int a) {
+    for (int t = 0; t < 3; t++)
+      for (int scale = 0; scale < kScales; scale++)
+        for (int edge = 0; edge < 2; edge++)
+          for (int i = 0; i < 2; i++)
+            zero[a][t][scale][edge][i] =
+                model_of(moved(kFirstNonzero[i][a], kNonzeroMove[i][t][scale][edge]), kFirstCount);
+    for (int scale = 0; scale < kScales; scale++)
+      for (int k = 0; k <= kUnary; k++)
+        greater[a][scale][k] = model_of(moved(first_greater(a, k), kGreaterMove[scale]), kFirstCount);
+    for (auto& set : weight[a]) set[0] = 52000, set[1] = 18000;  // 0.79 and 0.27
+  }
+
+  // By the activity that the nearest magnitudes would make, had they no more than what is kept of them. Most
+  // that are cut short are greater, and bands coded before have their share, too: for the first bit the class
+  // is higher.
+  RELIEF_COLD void guess_near(int t, uint32_t near) {
+    const ActivityWeights& k = kActivityWeights[t];
+    const uint32_t e = k.W * (near & 3) + k.N * (near >> 2 & 3) + k.NW * (near >> 4 & 1) +
+                       k.NE * (near >> 5 & 1) + (k.WW + k.NN) * (near >> 6) / 2;
+    for (int i = 0; i < 2; i++)
+      zero_near[near][t][i] =
+          model_of(kFirstNonzero[i][activity_class(6 * e >> kActivityShift)], kFirstNearCount);
+    for (int i = 0; i <= kUnary && near < 64; i++)
+      greater_near[near][t][i] = model_of(first_greater(activity_class(e), i), kFirstNearCount);
+  }
+
+  RELIEF_COLD static void guess_golomb(Model* m, const uint8_t (&prefix)[14]) {
+    for (int i = 0; i < kGolombModels; i++)
+      m[i] = model_of((i < 14 ? prefix[i] : i < 20 ? 40 : 100) * 256u, kFirstGolombCount);
   }
 };
 
@@ -208,7 +231,7 @@ inline BitModels greater_models(CoefficientModels& models, const Context& c, int
 template <class Coder>
 RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context& c, const BitModels& b,
                            int bit) {
-  if (c.activity == 0) return code_bit<kCoefficientLimit>(coder, *b.m[0], bit);
+  if (c.activity == 0) return code_bit<kSingleLimit>(coder, *b.m[0], bit);
   return code_mixed<2, kCoefficientLimit, 15>(coder, logistic, b.m, b.weight, bit);
 }
 
@@ -223,14 +246,14 @@ RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, 
     state = next_state(state, 0);
     return 0;
   }
-  const int negative = code_bit<kCoefficientLimit>(coder, models.sign[type][ctx.sign], v < 0);
+  const int negative = code_bit<kSingleLimit>(coder, models.sign[type][ctx.sign], v < 0);
   int32_t k = 1;
   while (k < kUnary &&
          code_bit(coder, models.logistic, ctx, greater_models(models, ctx, level, type, k), mag > k))
     k++;
   if (k == kUnary) {
     CoderCopy<Coder> copy(coder);  // only the copy's address is taken
-    k += int32_t(code_golomb(*copy, models.tail[type], uint32_t(mag - kUnary)));
+    k += int32_t(code_golomb(*copy, models.tail[ctx.activity == kActivities - 1], uint32_t(mag - kUnary)));
   }
   state = next_state(state, k);
   k = 2 * k - quantiser;
@@ -261,7 +284,7 @@ RELIEF_COLD bool code_low(Coder& coder, CoefficientModels& models, const Pyramid
       const int c = m[i - 1] || m[i - b.stride];
       int32_t r = q[i] - predicted;
       const int32_t mag = magnitude(r);
-      if (code_bit<kCoefficientLimit>(coder, models.low_zero[c], mag > 0)) {
+      if (code_bit<kSingleLimit>(coder, models.low_zero[c], mag > 0)) {
         const int negative = coder.code(r < 0, 32768);
         const int32_t k = 1 + int32_t(code_golomb(coder, models.low[c], uint32_t(mag - 1)));
         r = negative ? -k : k;

@@ -108,7 +108,7 @@ void code_mask(Coder& outer, MaskModels& models, uint8_t* rows, uint32_t width, 
       const uint32_t side = c16 & 1;
       uint32_t bit;
       for (int more = 0;; more--) {
-        bit = side ^ uint32_t(code_bit<1000>(*coder, m, *p ^ int(side)));
+        bit = side ^ uint32_t(code_bit<kMaskLimit>(*coder, m, *p ^ int(side)));
         *p++ = uint8_t(bit);
         if (bit != side || p >= end) break;
         if (more == 0 && (more = as_deep(p, s, side)) == 0) break;

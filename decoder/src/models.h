@@ -35,30 +35,22 @@ inline uint32_t model_p16(Model m) {
   return p < 32 ? 32 : p > 65504 ? 65504 : p;
 }
 
-// 65536 / (count + 1.6), part of the format; in bytes where that is enough.
+// 65536 / (count + 1.6), part of the format.
+constexpr uint32_t kMostCount = 255;
 struct ReciprocalTable {
-  uint16_t first[256];
-  uint8_t rest[1001 - 256];
-  constexpr ReciprocalTable() : first(), rest() {
-    for (uint32_t i = 0; i < 256; i++) first[i] = uint16_t(655360 / (10 * i + 16));
-    for (uint32_t i = 256; i < 1001; i++) rest[i - 256] = uint8_t(655360 / (10 * i + 16));
+  uint16_t of[kMostCount + 1];
+  constexpr ReciprocalTable() : of() {
+    for (uint32_t i = 0; i <= kMostCount; i++) of[i] = uint16_t(655360 / (10 * i + 16));
   }
 };
 inline constexpr ReciprocalTable kReciprocal;
 
-// count: at most Limit.
-template <uint32_t Limit>
-inline int64_t reciprocal(uint32_t count) {
-  static_assert(Limit <= 1000);
-  if (Limit < 256 || count < 256) return kReciprocal.first[count];
-  return kReciprocal.rest[count - 256];
-}
-
 template <uint32_t Limit>
 inline void model_update(Model& m, int bit) {
+  static_assert(Limit <= kMostCount);
   const uint32_t count = m & 1023;
   const int32_t p = int32_t(m >> 10), target = bit ? (1 << 22) - 1 : 0;
-  const int32_t step = int32_t((int64_t(target - p) * reciprocal<Limit>(count)) >> 16);
+  const int32_t step = int32_t((int64_t(target - p) * kReciprocal.of[count]) >> 16);
   m += (uint32_t(step) << 10) + (count < Limit);  // neither part spills into the other
 }
 
@@ -88,7 +80,8 @@ class CoderCopy<Coder, true> {
 
 // Adaptation limits, part of the format.
 constexpr uint32_t kCoefficientLimit = 255;
-constexpr uint32_t kMaskLimit = 400;
+constexpr uint32_t kSingleLimit = 80;  // of bits of coefficients with one model, and of numbers
+constexpr uint32_t kMaskLimit = 255;
 
 // The coder's side of a bit: Coder is RangeDecoder (ignores `bit`, returns the decoded one) or RangeEncoder.
 template <uint32_t Limit, class Coder>
@@ -106,11 +99,11 @@ template <class Coder>
   int bits = 0;
   while (bits < 20 && (value + 1) >> (bits + 1)) bits++;
   int n = 0;
-  while (n < 20 && code_bit<kCoefficientLimit>(coder, models[n < 19 ? n : 19], n < bits)) n++;
+  while (n < 20 && code_bit<kSingleLimit>(coder, models[n < 19 ? n : 19], n < bits)) n++;
   uint32_t out = 1;
   for (int i = n - 1; i >= 0; i--) {
     const int bit = (value + 1) >> i & 1;
-    out = out * 2 + (i == n - 1 ? code_bit<kCoefficientLimit>(coder, models[20 + (i < 19 ? i : 19)], bit)
+    out = out * 2 + (i == n - 1 ? code_bit<kSingleLimit>(coder, models[20 + (i < 19 ? i : 19)], bit)
                                 : coder.code(bit, 32768));
   }
   return out - 1;

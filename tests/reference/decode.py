@@ -177,11 +177,11 @@ class Coder:
 
     def golomb(self, models):
         n = 0
-        while n < 20 and self.adaptive(models[min(n, 19)], 255):
+        while n < 20 and self.adaptive(models[min(n, 19)], 80):
             n += 1
         v = 1
         for i in range(n - 1, -1, -1):
-            v = 2 * v + (self.adaptive(models[20 + min(i, 19)], 255) if i == n - 1 else self.raw())
+            v = 2 * v + (self.adaptive(models[20 + min(i, 19)], 80) if i == n - 1 else self.raw())
         return v - 1
 
     def signed(self, models):
@@ -319,12 +319,12 @@ def read_mask(coder, models, width, height):
                 return sum((rows[y + 3 + dy][x + 4 + dx] ^ w) << i for i, (dx, dy) in enumerate(pixels))
             c15 = context(C15)
             if c15 == 0:
-                differs = coder.adaptive(models.t15[0], 1000)
+                differs = coder.adaptive(models.t15[0], 255)
             else:
                 c9, c21 = context(C9), context(C21)
                 m = (models.t3[context(C3)], models.t9[c9], models.t15[c15],
                      models.t21[(c21 * 0x9E3779B1 & 0xffffffff) >> 16])
-                differs = coder.mixed(m, models.weights[c9], 400, 14)
+                differs = coder.mixed(m, models.weights[c9], 255, 14)
             rows[y + 3][x + 4] = w ^ differs
     return [row[4:4 + width] for row in rows[3:]]
 
@@ -395,15 +395,36 @@ def make_masks(patch):
 WEIGHTS = TABLES['activity_weights']
 
 
+def moved(p16, steps):
+    return 16 * squash(clamp(STRETCH[p16 >> 4] + 8 * steps, 2047))
+
+
+def first_greater(activity, k):
+    return 256 * TABLES['first_greater'][activity][min(k, 3) - 1]
+
+
+def expected(near, t):
+    k = WEIGHTS[t]
+    return (k['W'] * (near & 3) + k['N'] * (near >> 2 & 3) + k['NW'] * (near >> 4 & 1) + k['NE'] * (near >> 5 & 1)
+            + (k['WW'] + k['NN']) * (near >> 6) // 2)
+
+
+def guessed_set(prefix):
+    return [guess(256 * (prefix[i] if i < 14 else 40 if i < 20 else 100), 15) for i in range(40)]
+
+
 class CoefficientModels:
     def __init__(self):
-        self.low_zero = [fresh(), fresh()]
-        self.low = [fresh_set(), fresh_set()]
-        self.zero = Lazy(lambda key: guess(TABLES['first_nonzero'][key[0]][key[1]], 12))
-        self.zero_near, self.greater_near, self.sign = (Lazy(lambda _: fresh()) for _ in range(3))
-        self.greater = Lazy(lambda key: guess(256 * TABLES['first_greater'][key[0]][min(key[2], 3) - 1], 12))
-        self.zero_weights, self.greater_weights = (Lazy(lambda _: [46000, 18000]) for _ in range(2))
-        self.tail = [fresh_set() for _ in range(3)]
+        nonzero, nonzero_move, greater_move = (TABLES[n] for n in ('first_nonzero', 'nonzero_move', 'greater_move'))
+        self.low_zero = [guess(256 * 254, 15) for _ in range(2)]
+        self.low = [guessed_set(TABLES['first_low']) for _ in range(2)]
+        self.zero = Lazy(lambda k: guess(moved(nonzero[k[0]][k[1]], nonzero_move[k[0]][k[2]][k[3]][k[4]]), 12))
+        self.zero_near = Lazy(lambda k: guess(nonzero[k[0]][activity_class(6 * expected(k[1], k[2]) >> 2)], 4))
+        self.greater = Lazy(lambda k: guess(moved(first_greater(k[0], k[2]), greater_move[k[1]]), 12))
+        self.greater_near = Lazy(lambda k: guess(first_greater(activity_class(expected(k[0], k[1])), k[2]), 4))
+        self.sign = Lazy(lambda k: guess(256 * TABLES['first_sign'][k[0]][k[1]], 30))
+        self.zero_weights, self.greater_weights = (Lazy(lambda _: [52000, 18000]) for _ in range(2))
+        self.tail = [guessed_set(prefix) for prefix in TABLES['first_tail']]
 
 
 class Exhausted(Exception):
@@ -423,7 +444,7 @@ def read_low(coder, models, patch):
                 prediction = next((q(*n) for n in ((x - 1, y), (x, y - 1), (x + 1, y - 1), (x - 1, y - 1)) if m(*n)), 0)
             c = 1 if m(x - 1, y) or m(x, y - 1) else 0
             r = 0
-            if coder.adaptive(models.low_zero[c], 255):
+            if coder.adaptive(models.low_zero[c], 80):
                 negative = coder.raw()
                 k = 1 + coder.golomb(models.low[c])
                 r = -k if negative else k
@@ -488,19 +509,19 @@ def read_band(coder, models, patch, l, t):
             u = state & 1
 
             def coded(first, second, w):
-                return coder.adaptive(first, 255) if activity == 0 else coder.mixed((first, second), w, 255, 15)
+                return coder.adaptive(first, 80) if activity == 0 else coder.mixed((first, second), w, 255, 15)
 
             if not coded(models.zero[u, activity, t, s, edge], models.zero_near[u, near, t],
                          models.zero_weights[u, activity]):
                 state = next_state(state, 0)
                 continue
-            negative = coder.adaptive(models.sign[t, sign_context], 255)
+            negative = coder.adaptive(models.sign[t, sign_context], 80)
             n = 1
             while n < 15 and coded(models.greater[activity, s, n], models.greater_near[near % 64, t, n],
                                    models.greater_weights[activity, min(n, 5) - 1]):
                 n += 1
             if n == 15:
-                n += coder.golomb(models.tail[t])
+                n += coder.golomb(models.tail[1 if activity == 19 else 0])
             state = next_state(state, n)
             q.rows[y][x] = -(2 * n - u) if negative else 2 * n - u
         if coder.exhausted():

@@ -30,6 +30,7 @@ class Stopwatch {
 // What an effort stands for.
 struct Effort {
   double near;      // of the target, in the logarithm: that is left to the last word
+  double inside;    // of the target, likewise, that the result may be
   int looks;        // for what patches miss: again where new patches have made it worse
   int face_trials;  // of links between patches, see SeamsInput
   int partitions;   // of which the best is taken

@@ -6,9 +6,9 @@
 namespace relief {
 namespace {
 
-// Of the target, in the logarithm: trials end when one is so far inside at most, more with every trial, or
-// when all of the first are so far outside; the next one aims so far inside.
-constexpr double kInside = 0.008, kContent = 0.003, kHopeless = 0.02, kAim = 0.002;
+// Of the target, in the logarithm: trials end when one is as far inside as the effort allows, more with every
+// trial, or when all of the first are so far outside; the next one aims so far inside.
+constexpr double kContent = 0.003, kHopeless = 0.02, kAim = 0.002;
 // The first trial makes up for what the search is off, if that is so much. If it is so far outside then, the
 // search was wrong.
 constexpr double kFarOff = 0.02, kJump = 0.05;
@@ -62,7 +62,7 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
     const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
     const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
     if (i == 0 || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
-    if (!met || (best_y <= 0 && best_y > -(kInside + kContent * std::max(0, i - 2)))) break;
+    if (!met || (best_y <= 0 && best_y > -(m.effort.inside + kContent * std::max(0, i - 2)))) break;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
     if (i == 0 && corrected && y > kJump)
