@@ -385,9 +385,12 @@ TEST(Options, ThoseOutOfRangeAreErrors) {
     expect(RELIEF_ERROR_ARGUMENT, {nullptr, nullptr, 0, flags, 0, 0, 6});
   }
   Call c(s);
-  EXPECT_EQ(c.run([](Call& call) { call.options.flags = RELIEF_POINTS, call.mesh.indices = nullptr; }),
-            RELIEF_OK);
-  EXPECT_EQ(c.run([](Call& call) { call.options.flags = RELIEF_QUANTISED; }), RELIEF_ERROR_WORKSPACE);
+  const relief_options points = {nullptr, nullptr, 0, RELIEF_POINTS, 0, 0, 0};
+  EXPECT_EQ(relief_inspect(s.data(), s.size(), &points, &c.info), RELIEF_OK);
+  c.workspace_size = c.info.workspace_bytes;
+  EXPECT_EQ(c.run([&](Call& call) { call.options = points, call.mesh.indices = nullptr; }), RELIEF_OK);
+  Call floats(s);
+  EXPECT_EQ(floats.run([](Call& call) { call.options.flags = RELIEF_QUANTISED; }), RELIEF_ERROR_WORKSPACE);
 }
 
 TEST(Options, EachFormNeedsNoMoreThanInspectSays) {

@@ -92,7 +92,6 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.patch_count = patches;
   p.level = parsed.level;
   p.begin = a.take<uint64_t>(patches);
-  p.mask_models = a.take<MaskModels>(1);
   const bool bisk = parsed.header.flags & kFlagBisk;
   const bool coloured = parsed.header.flags & kFlagColoured;
   p.coefficient_models = bisk && !coloured ? nullptr : a.take<CoefficientModels>(1);
@@ -100,9 +99,24 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
   p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
   p.bisk_sets = bisk ? a.take<BiskSet>(parsed.header.mask_pixels) : nullptr;
-  p.mask_buffer = a.take<uint8_t>(t.max_mask);
   p.q = a.take<int32_t>(t.planes);
   p.mask = a.take<uint8_t>(t.planes);
+  w.nodes.allocate(a, nodes);
+  const bool points = o.flags & RELIEF_POINTS;
+  const Capacity most = capacity_of(o, parsed);
+  w.positions = float_positions(o) ? nullptr : a.take<float>(3 * most.vertices);
+  w.normals = float_normals(o) ? nullptr : a.take<float>(3 * most.vertices);
+  w.indices = points            ? a.take<uint32_t>(6 * t.max_pixels)
+              : wide_indices(o) ? nullptr
+                                : a.take<uint32_t>(3 * most.triangles);
+  w.smoothing = o.flags & RELIEF_SMOOTH ? a.take<uint32_t>(most.vertices) : nullptr;
+  w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
+  for (int c = 0; c < kChannels && coloured; c++) w.colours.q[c] = a.take<int32_t>(t.planes);
+  // last what is used for one patch after the other, and in its place, after all patches, what gaps take
+  Arena gaps = a;
+  p.mask_models = a.take<MaskModels>(1);
+  p.mask_buffer = a.take<uint8_t>(t.max_mask);
+  w.gaps = points ? nullptr : gaps.take<uint8_t>(gap_memory_bytes(nodes));
   w.scratch = a.take<float>(t.scratch);
   p.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
   w.mesh.cells = p.mask_scratch;  // between two uses of the one there is one of the other
@@ -111,22 +125,8 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.mesh.run = a.take<uint32_t>(t.max_pixels);
   w.mesh.run_of_cell = a.take<uint32_t>(t.max_pixels);
   w.mesh.way = a.take<uint8_t>(t.max_pixels);
-  w.nodes.allocate(a, nodes);
-  const bool points = o.flags & RELIEF_POINTS;
-  const Capacity most = capacity_of(o, parsed);
-  w.gaps = points ? nullptr : a.take<uint8_t>(gap_memory_bytes(nodes));
-  w.positions = float_positions(o) ? nullptr : a.take<float>(3 * most.vertices);
-  w.normals = float_normals(o) ? nullptr : a.take<float>(3 * most.vertices);
-  w.indices = points            ? a.take<uint32_t>(6 * t.max_pixels)
-              : wide_indices(o) ? nullptr
-                                : a.take<uint32_t>(3 * most.triangles);
-  w.smoothing = o.flags & RELIEF_SMOOTH ? a.take<uint32_t>(most.vertices) : nullptr;
-  w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
-  for (int c = 0; c < kChannels && coloured; c++) {
-    w.colours.q[c] = a.take<int32_t>(t.planes);
-    w.colours.image[c] = a.take<int16_t>(t.max_pixels);
-  }
-  return a.used + 16;
+  for (int c = 0; c < kChannels && coloured; c++) w.colours.image[c] = a.take<int16_t>(t.max_pixels);
+  return (a.used < gaps.used ? gaps.used : a.used) + 16;
 }
 
 relief_status parse(const void* data, size_t size, const relief_options& o, Parsed& parsed) {

@@ -5,6 +5,7 @@
 
 #include "colours/add_colours.h"
 #include "encode/search.h"
+#include "encode/settle.h"
 #include "relief/encoder.h"
 
 namespace relief {
@@ -29,22 +30,60 @@ struct Outcome {
   std::vector<int> label;  // of the faces of the surface
 };
 
-// The best of the partitions that the effort is for: which aperture suits a surface cannot be told
-// beforehand.
-Outcome best_partition(Job& m, const EncodeOptions& asked, double bytes, Stopwatch& watch) {
-  constexpr double kTurns[] = {0, -5, 5, -2.5, -7.5, 2.5, -10, 7.5};  // of the aperture, degrees
-  Outcome best;
-  for (int i = 0; i < m.effort.partitions; i++) {
+// How many partitions are searched. Small surfaces take little time for each.
+int partitions_of(const Job& m) {
+  constexpr size_t kFaces = 1100000;  // of all partitions together
+  const Effort& e = m.effort;
+  return e.limited ? int(std::clamp<size_t>(kFaces / std::max<size_t>(1, m.surface.faces.size()), 1,
+                                            size_t(e.partitions)))
+                   : e.partitions;
+}
+
+// What is kept of more partitions than are settled: searches measure roughly, and a promise may be empty.
+constexpr int kSpare = 2;
+
+// Searches of partitions with one aperture or another, the most promising first: which suits a surface cannot
+// be told beforehand, and up to a tenth of the bytes depends on it. What searches find tells what is left
+// after the last word, within a percent.
+std::vector<Found> search_partitions(Job& m, const EncodeOptions& asked, double bytes, Stopwatch& watch) {
+  constexpr double kTurns[] = {0,    -5,    5,   -2.5, -7.5, 2.5,  -10, 7.5,
+                               -1.5, -6.25, 1.5, -3.5, 3.5,  -8.5, -4,  6};  // of the aperture, degrees
+  std::vector<Found> found;
+  double lambda = 0;
+  const int n = partitions_of(m);
+  for (int i = 0; i < n; i++) {
     m.options.aperture = std::clamp(asked.aperture + kTurns[i], 1.0, 89.0);
     if (asked.progress)
       m.options.progress = [&, i](const char* stage, double done) {
-        asked.progress(stage, (i + done) / m.effort.partitions);
+        asked.progress(stage, (i + done) / (n + 1));
       };
     partition(m, watch);
+    found.push_back(search(m, bytes, lambda, watch));
+    if (i == 0) lambda = found[0].trial.lambda;
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Found& a, const Found& b) { return a.met != b.met ? a.met : a.cost < b.cost; });
+    if (found.size() > size_t(m.effort.settled + kSpare)) found.pop_back();
+  }
+  return found;
+}
+
+// The best result of the most promising partitions, and of others if none of those is as it should be.
+Outcome best_partition(Job& m, const EncodeOptions& asked, double bytes, Stopwatch& watch) {
+  std::vector<Found> found = search_partitions(m, asked, bytes, watch);
+  Outcome best;
+  bool good = false;  // the best meets the target and is sound
+  for (size_t i = 0; i < found.size() && (i < size_t(m.effort.settled) || !good); i++) {
+    report(asked, "settle", 0.8 + 0.19 * double(i) / double(found.size()));
+    m.patching = std::move(found[i].patching);
     Outcome o;
-    o.trial = search(m, bytes, o.met, watch);
+    o.met = found[i].met;
     o.label = m.patching->partition.label;
-    if (i == 0 || (o.met != best.met ? o.met : is_better(o.trial, best.trial, bytes))) best = std::move(o);
+    o.trial = last_word(m, std::move(found[i].trial), bytes, o.met, watch);
+    const bool well = o.met && is_sound(m, o.trial);
+    const bool better = well != good        ? well
+                        : o.met != best.met ? o.met
+                                            : is_better(o.trial, best.trial, bytes);
+    if (i == 0 || better) best = std::move(o), good = well;
   }
   return best;
 }

@@ -33,7 +33,9 @@ struct Effort {
   double inside;    // of the target, likewise, that the result may be
   int looks;        // for what patches miss: again where new patches have made it worse
   int face_trials;  // of links between patches, see SeamsInput
-  int partitions;   // of which the best is taken
+  int partitions;   // that are searched, fewer of large surfaces if `limited`
+  int settled;      // of these, the most promising, of which the best is taken
+  bool limited;     // to about the time that the first partition of a large surface takes
 };
 
 Effort effort_of(int effort);  // 1 .. 9; others count as the nearest

@@ -96,17 +96,17 @@ struct Trials {
 // patches miss, which is split off. What was known before is kept, in case that does no good.
 class Search {
  public:
-  Search(Job& m, double bytes, Stopwatch& watch)
+  Search(Job& m, double bytes, double lambda, Stopwatch& watch)
       : m_(m), bytes_(bytes), watch_(watch), now_{all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)} {
     const double target = bytes > 0 ? 1e-4 : m.options.error;
     const double usual =
         std::log(kUsualLambda) + 4 * std::log(kLatticeDiagonal) + std::log(target) / kUsualSlope;
-    x_ = std::clamp(usual, now_.bracket.least, now_.bracket.most);
+    x_ = std::clamp(lambda > 0 ? std::log(lambda) : usual, now_.bracket.least, now_.bracket.most);
   }
 
   // Bisection (3.6), with the secant as the first guess, until a trial is near the target; the last word does
   // the rest.
-  Trial run(bool& met) {
+  Found run() {
     for (int i = 0; i < kMaxTrials; i++) {
       report(m_.options, "allocate and code", 0.45 + 0.55 * i / kMaxTrials);
       Trial t = try_lambda(m_, std::exp(x_), is_split(), watch_);
@@ -128,8 +128,8 @@ class Search {
       x_ = next;
     }
     if (is_split() && whole_->best_rank < now_.best_rank) take_back();
-    met = now_.best_rank < kOutside;
-    return last_word(m_, std::move(now_.best), bytes_, met, watch_);
+    const double least = cost(now_.best);
+    return {std::move(now_.best), now_.best_rank < kOutside, least, std::move(m_.patching)};
   }
 
  private:
@@ -180,6 +180,8 @@ class Search {
 
 }  // namespace
 
-Trial search(Job& m, double bytes, bool& met, Stopwatch& watch) { return Search(m, bytes, watch).run(met); }
+Found search(Job& m, double bytes, double lambda, Stopwatch& watch) {
+  return Search(m, bytes, lambda, watch).run();
+}
 
 }  // namespace relief

@@ -1,10 +1,22 @@
 // Rate control: the Lagrangian parameter for a target of error or of bytes (3.6).
 #pragma once
+#include <memory>
+
 #include "encode/trial.h"
 
 namespace relief {
 
-// bytes: the target; 0: the options' error. met: whether the result keeps within it.
-Trial search(Job& m, double bytes, bool& met, Stopwatch& watch);
+// What a search has found: a trial near the target, whose last word is yet to be said, and the patches it is
+// of.
+struct Found {
+  Trial trial;
+  bool met = false;  // whether the trial keeps within the target
+  double cost = 0;   // logarithm of what it would take at another error; less is better
+  std::unique_ptr<Patching> patching;
+};
+
+// The search with the job's patches, which it takes away. bytes: the target; 0: the options' error. lambda:
+// where to begin; 0: where targets usually lie.
+Found search(Job& m, double bytes, double lambda, Stopwatch& watch);
 
 }  // namespace relief

@@ -81,7 +81,8 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
   constexpr int kMost = 4;
   constexpr double kFurther = 0.02;  // inside of the target, more with every trial
   const double slope = (bytes > 0 ? -1 : 1) * kUsualSlope;
-  double lambda = nearest.lambda;
+  const double first = nearest.lambda;
+  double lambda = first;
   const bool reachable = met;
   const double off = excess(nearest, m.options, bytes);
   Trial t = settle(m, std::move(nearest.sampled), off, bytes, met, watch);
@@ -89,6 +90,12 @@ Trial last_word(const Job& m, Trial nearest, double bytes, bool& met, Stopwatch&
     lambda *= std::exp(-(excess(t, m.options, bytes) + kFurther * i) / slope);
     met = true;
     t = settle(m, sample(m, lambda, watch), 0, bytes, met, watch);
+  }
+  // Where coarse grids reach over the border of a surface, no lambda tells: finer ones then.
+  const bool may_refine = reachable && bytes == 0 && m.options.density == 0;
+  for (double density = 1; density >= 0.25 && may_refine && !met; density /= 2) {
+    met = true;
+    t = settle(m, sample(m, first, watch, density), 0, bytes, met, watch);
   }
   return t;
 }

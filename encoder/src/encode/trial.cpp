@@ -42,11 +42,11 @@ double finest_step(const std::vector<CodedPatch>& patches) {
   return std::max(kLeastStep, double(largest) / (1 << 19));
 }
 
-Sampled sample(const Job& m, double lambda, Stopwatch& watch) {
+Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density) {
   Sampled s;
   Allocator& allocator = *m.patching->allocator;
-  const Allocator::Choice choice =
-      m.options.density > 0 ? allocator.fixed(lambda, m.options.density) : allocator.choose(lambda);
+  if (density == 0) density = m.options.density;
+  const Allocator::Choice choice = density > 0 ? allocator.fixed(lambda, density) : allocator.choose(lambda);
   double spacing, step;
   s.patches = allocator.coded(choice, spacing, step, s.patch_number);
   if (s.patches.empty()) throw InputError("the surface is too small or too thin to be sampled");

@@ -34,7 +34,8 @@ struct Trial {
 // differs from its prediction by.
 double finest_step(const std::vector<CodedPatch>& patches);
 
-Sampled sample(const Job& m, double lambda, Stopwatch& watch);
+// density: spacings of all patches over their vertices'; 0: as the options say, or as lambda wants them.
+Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density = 0);
 
 // See mend_masks.
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch);
