@@ -81,8 +81,8 @@ struct CoefficientModels : LearnedModels {
       for (int i = 0; i < 9; i++) sign[t][i] = model_of(kFirstSign[t][i] * 256u, kFirstSignCount);
     }
     for (int i = 0; i < 2; i++) {
-      guess_golomb(tail[i], kFirstTail[i]);
       guess_golomb(low[i], kFirstLow);
+      guess_golomb(tail[i], kFirstTail[i]);
       low_zero[i] = model_of(kFirstLow[0] * 256u, kFirstGolombCount);
     }
   }
@@ -90,11 +90,10 @@ struct CoefficientModels : LearnedModels {
  private:
   // A probability of 16 bits, moved in the logistic domain by 1/32 a step.
   RELIEF_COLD uint32_t moved(uint32_t p16, int steps) const {
-    const int x = logistic.stretch[p16 >> 4] + 8 * steps;
-    return uint32_t(logistic.squashed[(x > 2047 ? 2047 : x < -2047 ? -2047 : x) + 2048]) << 4;
+    return uint32_t(Logistic::squash(logistic.stretch[p16 >> 4] + 8 * steps)) << 4;
   }
   RELIEF_COLD static uint32_t first_greater(int activity, int k) {
-    return kFirstGreater[activity][k < 1 ? 0 : k < 3 ? k - 1 : 2] * 256u;
+    return kFirstGreater[activity][k < 3 ? k - 1 : 2] * 256u;
   }
 
   RELIEF_COLD void guess_by_activity(int a) {
@@ -105,7 +104,7 @@ struct CoefficientModels : LearnedModels {
             zero[a][t][scale][edge][i] =
                 model_of(moved(kFirstNonzero[i][a], kNonzeroMove[i][t][scale][edge]), kFirstCount);
     for (int scale = 0; scale < kScales; scale++)
-      for (int k = 0; k <= kUnary; k++)
+      for (int k = 1; k < kUnary; k++)
         greater[a][scale][k] = model_of(moved(first_greater(a, k), kGreaterMove[scale]), kFirstCount);
     for (auto& set : weight[a]) set[0] = 52000, set[1] = 18000;  // 0.79 and 0.27
   }
@@ -120,7 +119,7 @@ struct CoefficientModels : LearnedModels {
     for (int i = 0; i < 2; i++)
       zero_near[near][t][i] =
           model_of(kFirstNonzero[i][activity_class(6 * e >> kActivityShift)], kFirstNearCount);
-    for (int i = 0; i <= kUnary && near < 64; i++)
+    for (int i = 1; i < kUnary && near < 64; i++)
       greater_near[near][t][i] = model_of(first_greater(activity_class(e), i), kFirstNearCount);
   }
 

@@ -113,10 +113,10 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
   for (int c = 0; c < kChannels && coloured; c++) w.colours.q[c] = a.take<int32_t>(t.planes);
   // last what is used for one patch after the other, and in its place, after all patches, what gaps take
-  Arena gaps = a;
+  const uint64_t begin = a.used, end = begin + 16 + gap_memory_bytes(nodes);
   p.mask_models = a.take<MaskModels>(1);
+  w.gaps = reinterpret_cast<uint8_t*>(p.mask_models);
   p.mask_buffer = a.take<uint8_t>(t.max_mask);
-  w.gaps = points ? nullptr : gaps.take<uint8_t>(gap_memory_bytes(nodes));
   w.scratch = a.take<float>(t.scratch);
   p.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
   w.mesh.cells = p.mask_scratch;  // between two uses of the one there is one of the other
@@ -126,7 +126,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.mesh.run_of_cell = a.take<uint32_t>(t.max_pixels);
   w.mesh.way = a.take<uint8_t>(t.max_pixels);
   for (int c = 0; c < kChannels && coloured; c++) w.colours.image[c] = a.take<int16_t>(t.max_pixels);
-  return (a.used < gaps.used ? gaps.used : a.used) + 16;
+  return (a.used < end ? end : a.used) + 16;
 }
 
 relief_status parse(const void* data, size_t size, const relief_options& o, Parsed& parsed) {
