@@ -25,8 +25,6 @@ struct Trip {
   Topology before, after;
 };
 
-constexpr int kOnePartition = 4;  // the effort that tries no more
-
 Trip round_trip(const TriangleMesh& mesh, const EncodeOptions& options) {
   Trip t;
   t.result = encode(mesh, options);

@@ -13,6 +13,9 @@
 
 namespace relief {
 
+// The highest effort that tries no more than one partition: where a test makes many streams.
+constexpr int kOnePartition = 4;
+
 namespace shapes {
 
 using Point = std::array<double, 3>;

@@ -17,7 +17,6 @@ class ClosedShapes : public testing::TestWithParam<int> {};
 
 // Below this error the most time goes: one partition does there.
 constexpr double kFine = 2e-4;
-constexpr int kOnePartition = 4;  // the effort that tries no more
 
 // The shapes are what they claim to be: a test of topology() as well.
 TEST_P(ClosedShapes, ComeBackTheSame) {

@@ -30,32 +30,35 @@ struct Outcome {
   std::vector<int> label;  // of the faces of the surface
 };
 
-// How many partitions are searched. Small surfaces take little time for each.
-int partitions_of(const Job& m) {
+// The apertures of the partitions that are searched, each once. Small surfaces take little time for each.
+std::vector<double> apertures_of(const Job& m, double asked) {
   constexpr size_t kFaces = 1100000;  // of all partitions together
-  const Effort& e = m.effort;
-  return e.limited ? int(std::clamp<size_t>(kFaces / std::max<size_t>(1, m.surface.faces.size()), 1,
-                                            size_t(e.partitions)))
-                   : e.partitions;
+  constexpr double kTurns[] = {0,    -5,    5,   -2.5, -7.5, 2.5,  -10, 7.5,
+                               -1.5, -6.25, 1.5, -3.5, 3.5,  -8.5, -4,  6};  // degrees
+  const size_t faces = std::max<size_t>(1, m.surface.faces.size()), most = size_t(m.effort.partitions);
+  const size_t n = m.effort.limited ? std::clamp<size_t>(kFaces / faces, 1, most) : most;
+  std::vector<double> apertures;
+  for (double turn : kTurns) {
+    const double a = std::clamp(asked + turn, 1.0, 89.0);
+    const bool fresh = std::find(apertures.begin(), apertures.end(), a) == apertures.end();
+    if (fresh && apertures.size() < n) apertures.push_back(a);
+  }
+  return apertures;
 }
-
-// What is kept of more partitions than are settled: searches measure roughly, and a promise may be empty.
-constexpr int kSpare = 2;
 
 // Searches of partitions with one aperture or another, the most promising first: which suits a surface cannot
 // be told beforehand, and up to a tenth of the bytes depends on it. What searches find tells what is left
 // after the last word, within a percent.
 std::vector<Found> search_partitions(Job& m, const EncodeOptions& asked, double bytes, Stopwatch& watch) {
-  constexpr double kTurns[] = {0,    -5,    5,   -2.5, -7.5, 2.5,  -10, 7.5,
-                               -1.5, -6.25, 1.5, -3.5, 3.5,  -8.5, -4,  6};  // of the aperture, degrees
+  constexpr int kSpare = 2;  // kept beyond those to settle: searches measure roughly, a promise may be empty
   std::vector<Found> found;
   double lambda = 0;
-  const int n = partitions_of(m);
-  for (int i = 0; i < n; i++) {
-    m.options.aperture = std::clamp(asked.aperture + kTurns[i], 1.0, 89.0);
+  const std::vector<double> apertures = apertures_of(m, asked.aperture);
+  for (size_t i = 0; i < apertures.size(); i++) {
+    m.options.aperture = apertures[i];
     if (asked.progress)
-      m.options.progress = [&, i](const char* stage, double done) {
-        asked.progress(stage, (i + done) / (n + 1));
+      m.options.progress = [&asked, i, n = apertures.size()](const char* stage, double done) {
+        asked.progress(stage, (double(i) + done) / double(n + 1));
       };
     partition(m, watch);
     found.push_back(search(m, bytes, lambda, watch));
