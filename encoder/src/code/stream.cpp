@@ -1,6 +1,7 @@
 #include "code/stream.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cstring>
@@ -153,16 +154,19 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
   StreamParts parts;
   parts.placement = placement;
   parts.patches = uint32_t(patches.size());
-  RangeEncoder coder;
-  PatchTableModels table;
-  for (const CodedPatch& p : patches) {
-    PatchHeader header = p.header;
-    code_patch(coder, table, header);
-  }
-  parts.table_bits = 8.0 * double(coder.size());
-  code_masks(coder, patches, parts);
-  parts.table = coder.finish();
+  auto code_table = [&] {
+    RangeEncoder coder;
+    PatchTableModels table;
+    for (const CodedPatch& p : patches) {
+      PatchHeader header = p.header;
+      code_patch(coder, table, header);
+    }
+    parts.table_bits = 8.0 * double(coder.size());
+    code_masks(coder, patches, parts);
+    parts.table = coder.finish();
+  };
   if (placement.bisk) {
+    code_table();
     parts.placement.step = std::max(kLeastStep, finest_bisk_step(placement.step));
     EmbeddedCode code = code_bisk(patches, parts.placement);
     parts.most_coefficient_bytes = code.bytes.size();
@@ -170,7 +174,8 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
     code.bytes.resize(std::min(wanted, code.bytes.size()));
     parts.coefficients = std::move(code.bytes);
   } else {
-    parts.coefficients = code_coefficients(patches, placement, known);
+    tbb::parallel_invoke(code_table,
+                         [&] { parts.coefficients = code_coefficients(patches, placement, known); });
     parts.most_coefficient_bytes = parts.coefficients.size();
   }
   return parts;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
 
-SeamsInput seams_input(const Job& m) {
+SeamsInput seams_input(const Job& m, Known& known) {
   constexpr double kInside = 0.003;  // what Steiner points do is known no better
   const EncodeOptions& o = m.options;
   const double target = o.bytes > 0 || o.bits_per_vertex > 0 ? 0 : o.error;
@@ -23,7 +23,8 @@ SeamsInput seams_input(const Job& m) {
           m.folded,
           m.effort.face_trials,
           m.handles,
-          target * kLatticeDiagonal * std::exp(-kSamplingMargin - kInside)};
+          target * kLatticeDiagonal * std::exp(-kSamplingMargin - kInside),
+          known};
 }
 
 size_t count_coincident(const TriangleMesh& mesh) {
@@ -62,7 +63,7 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density) {
 }
 
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
-  mend_masks(s.patches, s.placement, seams_input(m), rounds, s.patch_number, s.cleaned, s.quantised);
+  mend_masks(s.patches, s.placement, seams_input(m, s.known), rounds, s.patch_number, s.cleaned, s.quantised);
   s.mended = rounds > 0;
   watch.lap("mend");
 }
@@ -71,7 +72,7 @@ Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch) {
   Trial trial;
   const StreamParts parts = code_stream(s.patches, s.placement, s.quantised);
   watch.lap("code");
-  FoundSeams found = find_seams(parts, s.patches, seams_input(m), thorough);
+  FoundSeams found = find_seams(parts, s.patches, seams_input(m, s.known), thorough);
   trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
   if (thorough) trial.coincident = count_coincident(trial.mesh);

@@ -15,6 +15,7 @@ struct Sampled {
   std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
   QuantisedImages quantised;        // with the last step
   bool mended = false;              // of more than strays
+  Known known;                      // of seams, from trial to trial
 };
 
 // One stream and what it decodes to.

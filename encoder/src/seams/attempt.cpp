@@ -1,5 +1,7 @@
 #include "seams/attempt.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -32,17 +34,21 @@ Topology topology_of(const SeamContext& in, const DecodedMesh& d) {
 
 }  // namespace
 
-SeamContext::SeamContext(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in,
-                         KnownTriangles& k)
+SeamContext::SeamContext(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
     : SeamsInput(in),
       coded(p),
-      ground(ground_of(in.surface, patches, p.placement.spacing)),
-      decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})),
-      plain(decoder.close({})),
-      borders(plain),
-      known(k) {
-  part = connected_parts(plain.mesh, plain.patch_triangles(), parts);
-  part.resize(ground.pixel.size());
+      ground{in.surface},
+      decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})) {
+  auto close = [&] {
+    plain = decoder.close({});
+    borders = Borders(plain);
+  };
+  auto look_at_patches = [&] {
+    lay_out(patches, p.placement.spacing, ground);
+    part = connected_parts(decoder.mesh(), decoder.open().mesh.triangle_count, parts);
+    part.resize(ground.pixel.size());
+  };
+  tbb::parallel_invoke(close, look_at_patches);
 }
 
 Attempt attempt(const SeamContext& in, Seams seams) {
@@ -57,7 +63,7 @@ Attempt attempt(const SeamContext& in, Seams seams) {
 }
 
 GapError error_of(const SeamContext& in, const Attempt& a, const GapError& like) {
-  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known);
+  return gap_error(a.decoded, in.ground, in.distance, in.coded.placement.spacing, like, in.known.triangles);
 }
 
 std::vector<HoleFace> hole_faces(const SeamContext& in, const Attempt& filled) {

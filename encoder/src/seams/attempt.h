@@ -17,10 +17,8 @@ struct SeamContext : SeamsInput {
   Borders borders;
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
-  KnownTriangles& known;
 
-  SeamContext(const StreamParts& coded, const std::vector<CodedPatch>& patches, const SeamsInput& input,
-              KnownTriangles& known);
+  SeamContext(const StreamParts& coded, const std::vector<CodedPatch>& patches, const SeamsInput& input);
   bool closed() const { return border.loops.empty(); }
 };
 

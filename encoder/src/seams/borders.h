@@ -12,6 +12,7 @@ class Borders {
     uint64_t loops = 0;  // closed chains of those
   };
 
+  Borders() = default;
   explicit Borders(const DecodedMesh& decoded);  // of these patches, with any seams
   Count count(const DecodedMesh& decoded) const;
 

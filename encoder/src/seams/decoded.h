@@ -35,6 +35,7 @@ class PatchDecoder {
   DecodedMesh close(const uint8_t* seams, const uint8_t* end, DecodedMesh spare = {});  // as in a stream
   const Parsed& parsed() const { return open_.parsed; }
   const OpenPatches& open() const { return open_; }
+  const TriangleMesh& mesh() const { return mesh_; }  // with room beyond its vertices and triangles
 
  private:
   struct alignas(16) Block {

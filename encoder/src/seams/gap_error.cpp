@@ -2,29 +2,20 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <unordered_set>
 
 #include "measure/closest_point.h"
+#include "seams/keys.h"
 
 namespace relief {
 namespace {
 
 constexpr double kLong = 3;  // spacings; an edge of a triangle that is looked at in more than one point
 
-uint64_t mixed(uint64_t h) {
-  h = (h ^ h >> 32) * 0xd6e8feb86659fd93ull;
-  return h ^ h >> 32;
-}
-
-uint64_t key_of(const TriangleMesh& m, size_t t) {
+uint64_t key_of_triangle(const TriangleMesh& m, size_t t) {
   uint64_t key = 0;  // the order of the corners does not matter
-  for (uint32_t v : m.triangles[t]) {
-    uint64_t h = 0;
-    for (float c : m.positions[v]) h = mixed(h ^ std::bit_cast<uint32_t>(c));
-    key += h;
-  }
+  for (uint32_t v : m.triangles[t]) key += key_of(m.positions[v]);
   return key;
 }
 
@@ -118,7 +109,7 @@ GapError gap_error(const DecodedMesh& decoded, const Ground& ground, const Dista
   std::vector<size_t> unknown;
   Follower follower(like.triangle);
   for (size_t t = first; t < decoded.mesh.triangles.size(); t++) {
-    const uint64_t key = key_of(decoded.mesh, t);
+    const uint64_t key = key_of_triangle(decoded.mesh, t);
     const GapTriangle* found = follower.find(key);
     if (const auto at = found ? known.end() : known.find(key); at != known.end()) found = &at->second;
     if (!found) unknown.push_back(t - first);

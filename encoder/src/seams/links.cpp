@@ -4,11 +4,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <set>
 
 #include "measure/closest_point.h"
 #include "points/kd_tree.h"
+#include "seams/keys.h"
 #include "surface/sets.h"
 
 namespace relief {
@@ -61,6 +63,17 @@ bool connected_near(BallSearch& search, const DecodedMesh& d, const Ground& g, u
   return search.connected(g.face[a], g.face[b], (p + q) / 2, radius);
 }
 
+// All that connected_near looks at.
+uint64_t key_of_link(const DecodedMesh& d, const Ground& g, uint32_t a, uint32_t b) {
+  uint64_t key = 0;
+  for (uint32_t v : {a, b}) {
+    key = mixed(key ^ key_of(d.mesh.positions[v]));
+    key = mixed(key ^ uint64_t(uint32_t(g.face[v])));
+    key = mixed(key ^ std::bit_cast<uint64_t>(g.spacing[v]));
+  }
+  return key;
+}
+
 struct NodePair {
   double distance;
   uint32_t a, b;  // nodes
@@ -108,25 +121,34 @@ struct Grouped {
 
 }  // namespace
 
-Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing) {
-  Ground g = {surface, pixels_of(patches), {}, {}};
+void lay_out(const std::vector<CodedPatch>& patches, double spacing, Ground& g) {
+  g.pixel = pixels_of(patches);
   for (const Pixel& p : g.pixel) {
     g.face.push_back(patches[p.patch].face[p.index]);
     g.spacing.push_back(spacing * quarter_power(-patches[p.patch].header.spacing_index));
   }
-  return g;
 }
 
-std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground) {
-  std::vector<char> wrong(decoded.links.size(), 0);
+std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground, KnownLinks& known) {
+  struct Unknown {
+    uint32_t a, b;  // vertices
+    char* right;
+  };
+  std::vector<Unknown> unknown;
+  std::vector<const char*> right;  // of each link
+  for (const auto& [m, n] : decoded.links) {
+    const uint32_t a = decoded.nodes[m], b = decoded.nodes[n];
+    const auto [at, fresh] = known.insert({key_of_link(decoded, ground, a, b), 0});
+    if (fresh) unknown.push_back({a, b, &at->second});
+    right.push_back(&at->second);
+  }
   tbb::enumerable_thread_specific<BallSearch> local([&] { return BallSearch(ground.surface); });
-  tbb::parallel_for(size_t(0), decoded.links.size(), [&](size_t i) {
-    const uint32_t a = decoded.nodes[decoded.links[i][0]], b = decoded.nodes[decoded.links[i][1]];
-    wrong[i] = !connected_near(local.local(), decoded, ground, a, b, kAround);
+  tbb::parallel_for(size_t(0), unknown.size(), [&](size_t i) {
+    *unknown[i].right = connected_near(local.local(), decoded, ground, unknown[i].a, unknown[i].b, kAround);
   });
   std::vector<uint32_t> numbers;
-  for (uint32_t i = 0; i < wrong.size(); i++)
-    if (wrong[i]) numbers.push_back(i);
+  for (uint32_t i = 0; i < right.size(); i++)
+    if (!*right[i]) numbers.push_back(i);
   return numbers;
 }
 

@@ -1,5 +1,7 @@
 // Which of the decoder's links between patches run along the surface, and which are missing.
 #pragma once
+#include <unordered_map>
+
 #include "seams/decoded.h"
 #include "surface/surface.h"
 
@@ -8,18 +10,21 @@ namespace relief {
 // Where the vertices of the patches come from.
 struct Ground {
   const Surface& surface;
-  std::vector<Pixel> pixel;     // of each vertex that is a pixel
-  std::vector<int> face;        // of the surface, likewise
-  std::vector<double> spacing;  // of its patch's grid, lattice units
+  std::vector<Pixel> pixel = {};     // of each vertex that is a pixel
+  std::vector<int> face = {};        // of the surface, likewise
+  std::vector<double> spacing = {};  // of its patch's grid, lattice units
 
   Vec3 lattice(const std::array<float, 3>& p) const {
     return (Vec3(p[0], p[1], p[2]) - surface.origin) / surface.scale;
   }
 };
-Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing);
+void lay_out(const std::vector<CodedPatch>& patches, double spacing, Ground& ground);
+
+// Whether links are right, by their keys, so that none is looked at twice.
+using KnownLinks = std::unordered_map<uint64_t, char>;
 
 // Numbers of links whose ends the surface does not connect near the link, in ascending order.
-std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground);
+std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground, KnownLinks& known);
 
 // The connected parts of all patches, joined by the links but for `dropped`.
 struct Pieces {

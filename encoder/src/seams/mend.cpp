@@ -5,6 +5,7 @@
 
 #include "seams/handles.h"
 #include "surface/sets.h"
+#include "surface/weld.h"
 
 namespace relief {
 namespace {
@@ -95,7 +96,6 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   } best = {{}, {}, INFINITY};
   const double unit = kErrorScore * std::pow(double(placement.spacing), 4);
   MaskEdits edits(patches, storage);
-  KnownTriangles known;
   MaskFaults faults;
   std::vector<Cluster> taken;  // in the round before
   int more = 0;
@@ -103,18 +103,20 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     const bool needful = round >= rounds + more || vain > kVainRounds;
     last += needful;
     const StreamParts parts = code_stream(edits.patches(), placement, quantised);
-    const SeamContext in(parts, edits.patches(), input, known);
-    const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
+    const SeamContext in(parts, edits.patches(), input);
+    const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground, in.known.links);
     const Pieces pieces = pieces_of(in, dropped);
     Attempt a = with_links(in, dropped, pieces);
     add_handles(in, a);
     const double lost_before = faults.lost;
     GapError error;
     std::vector<Fold> folds;
+    std::vector<uint32_t> first_there;
     tbb::parallel_invoke([&] { error = error_of(in, a); },
-                         [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); });
+                         [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); },
+                         [&] { first_there = weld_positions(a.decoded.mesh.positions); });
     more = rounds > 0 && folds.size() > kFewFolds ? kRoundsForFolds : 0;
-    const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, faults);
+    const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, first_there, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
     const double score = 10 * a.mismatch + kFoldScore * double(folds.size()) + count +
                          kCoincidentScore * faults.coincident + (error.sum + lost_before) / unit;

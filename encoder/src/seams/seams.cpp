@@ -203,9 +203,8 @@ class FaceTrials {
 
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough) {
-  KnownTriangles known;
-  const SeamContext in(parts, patches, input, known);
-  const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground);
+  const SeamContext in(parts, patches, input);
+  const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground, in.known.links);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
   if (thorough) {

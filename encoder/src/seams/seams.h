@@ -14,6 +14,12 @@ namespace relief {
 // Of the surface and of what a stream decodes to, lattice units.
 using SamplesWithSurface = std::function<MutualSamples(const TriangleMesh&)>;
 
+// What was found out about triangles and links that many trials have.
+struct Known {
+  KnownTriangles triangles;
+  KnownLinks links;
+};
+
 struct SeamsInput {
   const Surface& surface;
   Topology topology;  // of the surface
@@ -24,6 +30,7 @@ struct SeamsInput {
   int face_trials;                  // decodings, at most, to find links for the worst faces between patches
   const std::vector<HandlePlace>& handles;  // of the surface; empty: those that are lost stay so
   double target;                            // error, lattice units; 0: none
+  Known& known;
 };
 
 struct FoundSeams {
