@@ -75,6 +75,7 @@ Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch) {
   FoundSeams found = find_seams(parts, s.patches, seams_input(m, s.known), thorough);
   trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
+  trial.error = found.error / kLatticeDiagonal;
   if (thorough) trial.coincident = count_coincident(trial.mesh);
   trial.stream = assemble(
       parts,
@@ -86,10 +87,10 @@ Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch) {
   return trial;
 }
 
-double measure(const Job& m, const Trial& trial, Stopwatch& watch) {
-  const double error = m.meter->relative_rms(trial.mesh);
+void measure(const Job& m, Trial& trial, Stopwatch& watch) {
+  trial.error = m.meter->relative_rms(trial.mesh);
+  trial.measured = true;
   watch.lap("measure");
-  return error;
 }
 
 double measure_roughly(const Job& m, const Trial& trial, Stopwatch& watch) {

@@ -24,6 +24,7 @@ struct Trial {
   std::vector<uint8_t> stream, unquantised;
   TriangleMesh mesh;      // what it decodes to
   double error = 0;       // of that, fraction of the diagonal; see measure and measure_roughly
+  bool measured = false;  // else that is known about, if thorough; 0: not at all
   Topology topology;      // of that
   size_t coincident = 0;  // vertices of that at another one's place; known of last words
   std::vector<int> patch_number;
@@ -41,10 +42,10 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density = 0
 // See mend_masks.
 void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch);
 
-// Without its error. thorough: the last word on a stream, see find_seams.
+// Its error is not measured. thorough: the last word on a stream, see find_seams.
 Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);
 
-double measure(const Job& m, const Trial& trial, Stopwatch& watch);
+void measure(const Job& m, Trial& trial, Stopwatch& watch);
 
 // From the original to the trial only, and by few samples. The other way, masks that are yet to be mended may
 // err a lot in few places.

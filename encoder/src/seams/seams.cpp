@@ -207,14 +207,15 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground, in.known.links);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
+  double error = 0;
   if (thorough) {
     FaceTrials(in, best).run();
     unfold(in, best);
     if (!in.closed()) adjust_holes(in, best);
     add_tubes(in, best);
-    add_steiner_points(in, best);
+    error = add_steiner_points(in, best);
   }
-  return {std::move(best.seams), std::move(best.decoded.mesh), best.topology};
+  return {std::move(best.seams), std::move(best.decoded.mesh), best.topology, error};
 }
 
 }  // namespace relief

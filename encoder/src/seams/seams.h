@@ -37,6 +37,7 @@ struct FoundSeams {
   Seams seams;
   TriangleMesh mesh;  // what the stream with these seams decodes to
   Topology topology;  // of that; components, boundary loops and genus only
+  double error;       // of that, about, see add_steiner_points; 0: not known
 };
 
 // Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed, its handles

@@ -15,7 +15,7 @@ namespace {
 constexpr double kBytes = 2.4;          // that a point takes
 constexpr double kBytesBySquare = 0.6;  // slope of bytes over the squared error, both in logarithms
 constexpr double kLeastWorth = 0.3;     // of points that are added to keep within the target
-constexpr double kPrice = 0.004;        // of keeping within the target at once, of all bytes
+constexpr double kPrice = 0.007;        // of keeping within the target at once, of all bytes
 constexpr double kPromise = 0.95;       // heights fit the samples better than the surface
 constexpr double kFold = -0.5;          // least cosine between normals of neighbours
 
@@ -55,13 +55,15 @@ class Splitter {
     for (uint32_t i = 0; i < order_.size(); i++) order_[at[samples_.of_original[i].triangle]++] = i;
   }
 
-  std::vector<SteinerPoint> run() {
+  // error: what they leave
+  std::vector<SteinerPoint> run(double& error) {
     const std::vector<Split> splits = worth_it(best_heights());
     Choice best;
     for (double weight : {0.5, 0.3, 0.7, 0.1, 0.9}) {
       Choice c = choose(splits, weight);
       if (c.cost < best.cost) best = std::move(c);
     }
+    error = std::sqrt(best.square);
     std::vector<SteinerPoint> points;
     for (const Split& s : best.splits) points.push_back({uint32_t(s.edge.t - first_), s.edge.edge, s.height});
     std::sort(points.begin(), points.end(),
@@ -105,7 +107,7 @@ class Splitter {
 
   struct Choice {
     std::vector<Split> splits;
-    double cost = INFINITY;
+    double cost = INFINITY, square = 0;  // of the error
   };
 
   // Logarithm of bytes at the same error, but for a constant.
@@ -119,20 +121,22 @@ class Splitter {
     std::stable_sort(splits.begin(), splits.end(),
                      [&](const Split& x, const Split& y) { return worth(x, weight) > worth(y, weight); });
     thin_out(splits);
-    size_t worthy = 0, within = SIZE_MAX;
-    double worthy_cost = INFINITY, within_cost = INFINITY;
+    struct End {
+      size_t count = 0;
+      double cost = INFINITY, square = INFINITY;
+    } worthy, within;
+    const double target = in_.target * in_.target;
     Totals gone;
     for (size_t n = 0;; n++) {
-      const double now = cost(gone, n);
-      if (n == 0 || worth(splits[n - 1], weight) > 1) worthy = n, worthy_cost = now;
-      if (within == SIZE_MAX && square_without(gone) <= in_.target * in_.target)
-        within = n, within_cost = now;
+      const End now = {n, cost(gone, n), square_without(gone)};
+      if (n == 0 || worth(splits[n - 1], weight) > 1) worthy = now;
+      if (within.square > target && now.square <= target) within = now;
       if (n == splits.size()) break;
       gone.add(splits[n]);
     }
-    const bool keeps = within_cost < worthy_cost + kPrice;
-    splits.resize(keeps ? within : worthy);
-    return {std::move(splits), keeps ? within_cost : worthy_cost};
+    const End& end = within.cost < worthy.cost + kPrice ? within : worthy;
+    splits.resize(end.count);
+    return {std::move(splits), end.cost, end.square};
   }
 
   // Leaves one split of a triangle, the first.
@@ -309,15 +313,17 @@ class Splitter {
 
 }  // namespace
 
-void add_steiner_points(const SeamContext& in, Attempt& best) {
+double add_steiner_points(const SeamContext& in, Attempt& best) {
   const size_t end = best.decoded.mesh.triangles.size() - kTubeTriangles * best.seams.tubes.size();
-  if (best.decoded.patch_triangles() >= end) return;
+  if (best.decoded.patch_triangles() >= end) return 0;
+  double error;
   Seams seams = best.seams;
-  seams.steiner_points = Splitter(in, best.decoded, end).run();
-  if (seams.steiner_points.empty()) return;
+  seams.steiner_points = Splitter(in, best.decoded, end).run(error);
+  if (seams.steiner_points.empty()) return error;
   Attempt a = attempt(in, std::move(seams));
   a.topology = best.topology, a.mismatch = best.mismatch;
   best = std::move(a);
+  return error;
 }
 
 }  // namespace relief
