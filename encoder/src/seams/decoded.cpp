@@ -26,14 +26,15 @@ PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
   check(relief_inspect(stream.data(), stream.size(), &kAnything, &info));
   mesh_.positions.resize(info.vertex_capacity);
   mesh_.triangles.resize(info.triangle_capacity);
-  workspace_.resize(info.workspace_bytes / sizeof(Block) + 1);
+  const size_t blocks = info.workspace_bytes / sizeof(Block) + 1;
+  workspace_ = std::make_unique_for_overwrite<Block[]>(blocks);
   relief_mesh out = {};
   out.positions = mesh_.positions[0].data();
   out.indices = mesh_.triangles[0].data();
   out.vertex_capacity = info.vertex_capacity;
   out.triangle_capacity = info.triangle_capacity;
-  check(decode_patches(stream.data(), stream.size(), &kAnything, &out, workspace_.data(),
-                       workspace_.size() * sizeof(Block), open_));
+  check(decode_patches(stream.data(), stream.size(), &kAnything, &out, workspace_.get(),
+                       blocks * sizeof(Block), open_));
   const size_t nodes = open_.nodes.count;
   first_triangle_.resize(gap_triangles(nodes));
   links_.resize(2 * size_t(info.vertex_capacity));

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "code/stream.h"
@@ -41,7 +42,7 @@ class PatchDecoder {
   struct alignas(16) Block {
     uint8_t bytes[16];
   };
-  std::vector<Block> workspace_;
+  std::unique_ptr<Block[]> workspace_;
   TriangleMesh mesh_;  // lattice coordinates; room for what closing adds
   OpenPatches open_;
   bool partners_known_ = false;
