@@ -195,19 +195,52 @@ struct KnownPositions {
   double much_the_same = 0;  // distance
 };
 
+// Finds positions among known ones in much the same order: some were inserted or left out.
+class PositionFollower {
+ public:
+  explicit PositionFollower(const KnownPositions& known)
+      : known_(known), square_(known.much_the_same * known.much_the_same) {}
+
+  // The number of one that is much the same as point i, or SIZE_MAX.
+  size_t find(size_t i, const Eigen::Vector3d& point) {
+    constexpr ptrdiff_t kAside = 32;
+    constexpr int kPatience = 64;  // points in a row that are not found, after which none is looked for aside
+    const ptrdiff_t here = ptrdiff_t(i) + shift_;
+    if (is_like(here, point)) return misses_ = 0, size_t(here);
+    if (misses_++ < kPatience)
+      for (ptrdiff_t aside = 1; aside <= kAside; aside++)
+        for (ptrdiff_t at : {here + aside, here - aside})
+          if (is_like(at, point)) return misses_ = 0, shift_ = at - ptrdiff_t(i), size_t(at);
+    return SIZE_MAX;
+  }
+
+ private:
+  bool is_like(ptrdiff_t at, const Eigen::Vector3d& point) const {
+    return at >= 0 && at < ptrdiff_t(known_.points.size()) &&
+           (point - known_.points[size_t(at)]).squaredNorm() < square_;
+  }
+
+  const KnownPositions& known_;
+  const double square_;
+  ptrdiff_t shift_ = 0;
+  int misses_ = 0;
+};
+
 void bring_up_to_date(KnownPositions& known, const SearchMesh& from, const SearchMesh& to) {
   const std::vector<Eigen::Vector3d>& points = from.positions();
-  const size_t before = std::min(known.points.size(), points.size());
-  known.points.resize(points.size());
-  known.squares.resize(points.size());
+  KnownPositions now = {points, std::vector<double>(points.size()), known.much_the_same};
   std::vector<size_t> others;
   std::vector<Eigen::Vector3d> moved;
-  for (size_t i = 0; i < points.size(); i++)
-    if (i >= before || (points[i] - known.points[i]).norm() >= known.much_the_same)
+  PositionFollower follower(known);
+  for (size_t i = 0; i < points.size(); i++) {
+    if (const size_t at = follower.find(i, points[i]); at != SIZE_MAX)
+      now.points[i] = known.points[at], now.squares[i] = known.squares[at];
+    else
       others.push_back(i), moved.push_back(points[i]);
+  }
   const std::vector<double> squares = squared_distances(moved, to);
-  for (size_t k = 0; k < others.size(); k++)
-    known.points[others[k]] = moved[k], known.squares[others[k]] = squares[k];
+  for (size_t k = 0; k < others.size(); k++) now.squares[others[k]] = squares[k];
+  known = std::move(now);
 }
 
 // Squared distances of a triangle's corners, and of the middles of those that are large: faces across what is

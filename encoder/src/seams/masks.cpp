@@ -16,13 +16,16 @@ constexpr double kBridgeGain = 4;      // a piece is left away if that errs so m
 constexpr size_t kMostBridged = 1024;  // pixels of such a piece, fewer
 constexpr size_t kTinyPixels = 8;      // a piece as small as this is not made smaller
 
-// The area of the surface that each pixel stands for: a third of its triangles, of those over gaps if they
-// lie along the surface.
-std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& ground, const GapError& error) {
+// The area of the surface that each of these pixels stands for: a third of its triangles, of those over gaps
+// if they lie along the surface.
+std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& ground, const GapError& error,
+                                   const std::vector<char>& these) {
   std::vector<double> area(ground.pixel.size(), 0);
   const size_t first = decoded.patch_triangles();
+  auto is_of_these = [&](uint32_t v) { return v < these.size() && these[v]; };
   for (size_t t = 0; t < decoded.mesh.triangles.size(); t++) {
     const auto& c = decoded.mesh.triangles[t];
+    if (std::none_of(c.begin(), c.end(), is_of_these)) continue;
     double size;
     if (t < first) {
       const Vec3 p = ground.lattice(decoded.mesh.positions[c[0]]);
@@ -34,7 +37,7 @@ std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& gro
       size = error.triangle[t - first].area;
     }
     for (uint32_t v : c)
-      if (v < area.size() &&
+      if (is_of_these(v) &&
           (t < first || error.triangle[t - first].squared < ground.spacing[v] * ground.spacing[v] / 4))
         area[v] += size / 3;
   }
@@ -68,7 +71,7 @@ using Members = std::map<int, std::vector<uint32_t>>;  // pixels of a group
 
 // Small pieces that no link could join to the largest of their component.
 void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                 const std::vector<double>& area, std::vector<char>& unwanted, double& lost) {
+                 const GapError& error, std::vector<char>& unwanted, double& lost) {
   std::vector<int> part;
   join_across_gaps(decoded, pieces.part, int(pieces.group.size()), &part);
   std::vector<int> main(pieces.main.size(),
@@ -82,6 +85,8 @@ void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces&
   for (uint32_t v = 0; v < ground.pixel.size(); v++)
     if (part[v] != main[size_t(pieces.component[group(v)])] && pieces.pixels[group(v)] < kStrayPixels)
       strays[int(group(v))].push_back(v), unwanted[v] = 1;
+  if (strays.empty()) return;
+  const std::vector<double> area = area_of_pixels(decoded, ground, error, unwanted);
   for (const auto& [g, pixels] : strays) lost += loss_without(decoded, ground, area, pixels, unwanted);
 }
 
@@ -108,15 +113,16 @@ ErrorOfGroup errors_along(const DecodedMesh& decoded, const Pieces& pieces, cons
 // Small pieces whose joining to the others errs much more than leaving them away. The smallest first; those
 // that are left away are not there for the others.
 void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                  const GapError& error, const std::vector<double>& area, std::vector<char>& unwanted,
-                  double& lost) {
+                  const GapError& error, std::vector<char>& unwanted, double& lost) {
   const ErrorOfGroup bridges = errors_along(decoded, pieces, error);
   if (bridges.empty()) return;
   Members members;
+  std::vector<char> is_member(unwanted.size(), 0);
   for (uint32_t v = 0; v < unwanted.size(); v++) {
     const int group = pieces.group[size_t(pieces.part[v])];
-    if (bridges.count(group)) members[group].push_back(v);
+    if (bridges.count(group)) members[group].push_back(v), is_member[v] = 1;
   }
+  const std::vector<double> area = area_of_pixels(decoded, ground, error, is_member);
   std::vector<std::pair<size_t, int>> order;
   for (const auto& [group, pixels] : members) order.push_back({pixels.size(), group});
   std::sort(order.begin(), order.end());
@@ -215,9 +221,8 @@ UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground,
   faults.coincident = mark_coincident(decoded, ground, first_there, needful);
   for (size_t v = 0; v < wished.size(); v++)
     if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) wished[v] = needful[v] = 0;
-  const std::vector<double> area = area_of_pixels(decoded, ground, error);
-  mark_strays(decoded, ground, pieces, area, needful, faults.lost);
-  mark_bridged(decoded, ground, pieces, error, area, needful, faults.lost);
+  mark_strays(decoded, ground, pieces, error, needful, faults.lost);
+  mark_bridged(decoded, ground, pieces, error, needful, faults.lost);
   UnwantedPixels unwanted;
   for (uint32_t v = 0; v < wished.size(); v++)
     if (needful[v])

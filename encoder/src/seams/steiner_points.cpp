@@ -1,5 +1,7 @@
 #include "seams/steiner_points.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -179,16 +181,15 @@ class Splitter {
     for (uint32_t t = 0; t < d_.mesh.triangles.size(); t++)
       for (uint32_t v : d_.mesh.triangles[t])
         if (vertices.count(v)) fan_[v].push_back(t);
-    std::vector<Split> splits;
-    for (const Edge& e : all) {
-      Split best;
-      const std::vector<uint32_t> ring = ring_of(e);
-      for (int32_t height : heights_for(e)) {
-        const Split s = split(e, height, ring);
-        if (s.to_decoded > best.to_decoded) best = s;
+    std::vector<Split> splits(all.size());
+    tbb::parallel_for(size_t(0), all.size(), [&](size_t i) {
+      const std::vector<uint32_t> ring = ring_of(all[i]);
+      for (int32_t height : heights_for(all[i])) {
+        const Split s = split(all[i], height, ring);
+        if (s.to_decoded > splits[i].to_decoded) splits[i] = s;
       }
-      if (best.height != 0) splits.push_back(best);
-    }
+    });
+    std::erase_if(splits, [](const Split& s) { return s.height == 0; });
     return splits;
   }
 
