@@ -1,7 +1,6 @@
 #include "surface/surface.h"
 
 #include <Eigen/Geometry>
-#include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -255,51 +254,11 @@ void rejoin_cuts(Faces& faces, size_t vertex_count) {
   }
 }
 
-using HalfEdgeMesh = OpenMesh::TriConnectivity;
-
-// OpenMesh's half-edge structure of triangles whose edges are matched and whose vertices have one fan each.
-// Linked by hand: add_face looks for its edges around the vertices, which takes quadratic time at one with
-// very many.
-HalfEdgeMesh build_half_edges(const Faces& faces, size_t vertex_count) {
-  const Triangles& triangles = faces.triangles;
-  const std::vector<uint32_t>& opposite = faces.opposite;
-  HalfEdgeMesh mesh;
-  mesh.reserve(vertex_count, opposite.size() / 2 + vertex_count / 2, triangles.size());
-  for (size_t v = 0; v < vertex_count; v++) mesh.add_vertex();
-  std::vector<OpenMesh::HalfedgeHandle> handle(opposite.size());
-  auto vertex = [&](uint32_t h) { return OpenMesh::VertexHandle(int(from_vertex(triangles, h))); };
-  for (uint32_t h = 0; h < opposite.size(); h++) {
-    bool has_edge = opposite[h] < h;
-    handle[h] = has_edge ? mesh.opposite_halfedge_handle(handle[opposite[h]])
-                         : mesh.new_edge(vertex(h), vertex(next_half_edge(h)));
-    mesh.set_halfedge_handle(vertex(h), handle[h]);
-  }
-  for (uint32_t f = 0; f < triangles.size(); f++) {
-    OpenMesh::FaceHandle face = mesh.new_face();
-    mesh.set_halfedge_handle(face, handle[3 * f]);
-    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-      mesh.set_face_handle(handle[h], face);
-      mesh.set_next_halfedge_handle(handle[h], handle[next_half_edge(h)]);
-    }
-  }
-  for (uint32_t h = 0; h < opposite.size(); h++) {  // the border runs on behind the last edge of the fan
-    if (opposite[h] != kNoHalfEdge) continue;
-    uint32_t last = previous_half_edge(h);
-    while (opposite[last] != kNoHalfEdge) last = previous_half_edge(opposite[last]);
-    OpenMesh::HalfedgeHandle leaving = mesh.opposite_halfedge_handle(handle[last]);
-    mesh.set_next_halfedge_handle(mesh.opposite_halfedge_handle(handle[h]), leaving);
-    mesh.set_halfedge_handle(vertex(h), leaving);  // OpenMesh wants a border vertex to start at the border
-  }
-  return mesh;
-}
-
-std::vector<std::array<int, 3>> read_neighbours(const HalfEdgeMesh& mesh) {
-  std::vector<std::array<int, 3>> adjacent(mesh.n_faces());
-  for (size_t f = 0; f < adjacent.size(); f++) {
-    OpenMesh::HalfedgeHandle h = mesh.halfedge_handle(OpenMesh::FaceHandle(int(f)));
-    for (int k = 0; k < 3; k++, h = mesh.next_halfedge_handle(h))
-      adjacent[f][size_t(k)] = mesh.opposite_face_handle(h).idx();  // -1 at the border
-  }
+// The triangles across the edges of each.
+std::vector<std::array<int, 3>> neighbours_of(const std::vector<uint32_t>& opposite) {
+  std::vector<std::array<int, 3>> adjacent(opposite.size() / 3);
+  for (size_t h = 0; h < opposite.size(); h++)
+    adjacent[h / 3][h % 3] = opposite[h] == kNoHalfEdge ? -1 : int(opposite[h] / 3);
   return adjacent;
 }
 
@@ -364,7 +323,7 @@ Surface build_surface(const TriangleMesh& mesh) {
   cut_repeated_edges(faces);
   std::vector<uint32_t> vertices = split_fans(faces, mesh.positions.size(), surface.warnings);
   rejoin_cuts(faces, vertices.size());
-  surface.adjacent = read_neighbours(build_half_edges(faces, vertices.size()));
+  surface.adjacent = neighbours_of(faces.opposite);
 
   surface.source = std::move(faces.source);
   surface.faces.reserve(faces.triangles.size());

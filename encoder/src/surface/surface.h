@@ -41,10 +41,9 @@ inline Vec3 middle_of(const Surface& s, int face) {
   return (s.vertices[size_t(v[0])] + s.vertices[size_t(v[1])] + s.vertices[size_t(v[2])]) / 3;
 }
 
-// Builds the surface with OpenMesh's half-edge structure: merges vertices of equal position, drops degenerate
-// and duplicate triangles, makes neighbours agree in orientation where they can, and splits non-manifold
-// edges and vertices (3.2 needs a surface on which flooding is well defined). Throws InputError if no
-// triangle with positive area is left.
+// Merges vertices of equal position, drops degenerate and duplicate triangles, makes neighbours agree in
+// orientation where they can, and splits non-manifold edges and vertices (3.2 needs a surface on which
+// flooding is well defined). Throws InputError if no triangle with positive area is left.
 Surface build_surface(const TriangleMesh& mesh);
 
 }  // namespace relief
