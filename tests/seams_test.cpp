@@ -277,8 +277,8 @@ TEST(SteinerPoints, AreLowerThan16Lengths) {
 TEST(SteinerPoints, LessenTheError) {
   TriangleMesh mesh = make_bumpy_sphere(6);
   EncodeOptions options;
-  options.error = 2e-3;
-  options.aperture = 40;
+  options.error = 1e-3;
+  options.aperture = 30;
   const std::vector<uint8_t> stream = encode(mesh, options).stream;
   PatchDecoder decoder(stream);
   const DecodedMesh with = decode_with_seams(stream);

@@ -25,7 +25,8 @@ void split_line(const float* data, const uint8_t* mask, int n, ptrdiff_t stride,
       continue;
     }
     for (int g = begin; g < end; g++) {
-      float* const half = g & 1 ? high : low;  // not in one expression: gcc 12 -fsanitize=undefined miscompiles it
+      float* const half =
+          g & 1 ? high : low;  // not in one expression: gcc 12 -fsanitize=undefined miscompiles it
       half[g / 2] = data[g * stride];
     }
     lift_odd(low, high, begin, end, kLift[0], true);

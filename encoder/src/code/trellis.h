@@ -13,8 +13,8 @@ constexpr float trellis_trade(double scalar_trade) {
 }
 
 // Of all values of a band those that have the least (error / band's step)^2 + trade * bits, found by
-// Viterbi's algorithm. models: much as the coder's are before the band; they learn what is taken. q: the image's
-// planes, of which this band is written. Returns the squared error that reaches the surface, see
+// Viterbi's algorithm. models: much as the coder's are before the band; they learn what is taken. q: the
+// image's planes, of which this band is written. Returns the squared error that reaches the surface, see
 // estimate_band.
 double quantise_by_trellis(CoefficientModels& models, const WaveletImage& image, int level, int type,
                            float step, float trade, int32_t* q);

@@ -17,7 +17,7 @@ struct Document {
   std::vector<Bytes>
       buffers;  // one a buffer of the JSON; empty for placeholders without data (meshopt's fallback)
   std::filesystem::path directory;  // where relative URIs start
-  DecodeOptions decoding;  // of the compressed primitives that are read
+  DecodeOptions decoding;           // of the compressed primitives that are read
 };
 
 // Reads a .glb or .gltf with its buffers (chunk, data URIs, files) and checks the types and ranges of

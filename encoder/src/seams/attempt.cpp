@@ -35,10 +35,7 @@ Topology topology_of(const SeamContext& in, const DecodedMesh& d) {
 }  // namespace
 
 SeamContext::SeamContext(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
-    : SeamsInput(in),
-      coded(p),
-      ground{in.surface},
-      decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})) {
+    : SeamsInput(in), coded(p), ground{in.surface}, decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})) {
   auto close = [&] {
     plain = decoder.close({});
     borders = Borders(plain);
@@ -82,8 +79,12 @@ Attempt open_holes(const SeamContext& in, Seams links) {
 }
 
 Attempt with_links(const SeamContext& in, std::vector<uint32_t> dropped, const Pieces& pieces) {
-  return open_holes(
-      in, {std::move(dropped), {}, missing_links(in.plain, in.decoder.open().nodes, in.ground, pieces), {}, {}, {}});
+  return open_holes(in, {std::move(dropped),
+                         {},
+                         missing_links(in.plain, in.decoder.open().nodes, in.ground, pieces),
+                         {},
+                         {},
+                         {}});
 }
 
 Pieces pieces_of(const SeamContext& in, const std::vector<uint32_t>& dropped) {

@@ -116,7 +116,8 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
                          [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); },
                          [&] { first_there = weld_positions(a.decoded.mesh.positions); });
     more = rounds > 0 && folds.size() > kFewFolds ? kRoundsForFolds : 0;
-    const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, first_there, faults);
+    const UnwantedPixels unwanted =
+        unwanted_pixels(a.decoded, in.ground, pieces, error, folds, first_there, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
     const double score = 10 * a.mismatch + kFoldScore * double(folds.size()) + count +
                          kCoincidentScore * faults.coincident + (error.sum + lost_before) / unit;

@@ -40,8 +40,8 @@ class Neighbourhood {
     }
   }
 
-  // How many pairs of neighbours that are folded onto one another a tube between two of the triangles makes, or
-  // may make, where triangles beyond are not known: between patches.
+  // How many pairs of neighbours that are folded onto one another a tube between two of the triangles makes,
+  // or may make, where triangles beyond are not known: between patches.
   uint64_t folds(const Tube& tube) const {
     TriangleMesh mesh = {mesh_.positions, {}, {}, {}};
     for (uint32_t t : tube) mesh.triangles.push_back(mesh_.triangles[t]);
