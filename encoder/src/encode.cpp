@@ -53,7 +53,9 @@ std::vector<Found> search_partitions(Job& m, const EncodeOptions& asked, double 
   constexpr int kSpare = 2;  // kept beyond those to settle: searches measure roughly, a promise may be empty
   std::vector<Found> found;
   double lambda = 0;
+  constexpr double kNearEnough = 0.045;  // of the target, for a search that is compared with no other
   const std::vector<double> apertures = apertures_of(m, asked.aperture);
+  if (apertures.size() == 1) m.effort.near = std::max(m.effort.near, kNearEnough);
   for (size_t i = 0; i < apertures.size(); i++) {
     m.options.aperture = apertures[i];
     if (asked.progress)

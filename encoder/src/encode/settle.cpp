@@ -57,6 +57,7 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
       s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
     else if (i > 0)
       s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
+    if (i > 0) s.known = {};  // another step moves all vertices
     if (std::fabs(x - mended_x) > kSame) mend(m, s, kMendRounds, watch), mended_x = x;
     Trial t = code_soundly(m, s, bytes, watch);
     if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
