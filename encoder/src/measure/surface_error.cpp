@@ -188,18 +188,23 @@ std::vector<double> coarse_pilot(const SearchMesh& from, const SearchMesh& to, s
 }
 
 // Squared distances of a mesh's positions, kept to save the time for those of the next mesh that are much the
-// same.
+// same: nearer than half of what these are away from the surface, rms.
 struct KnownPositions {
   std::vector<Eigen::Vector3d> points;
   std::vector<double> squares;
-  double much_the_same = 0;  // distance
+
+  double much_the_same() const {
+    double sum = 0;
+    for (double square : squares) sum += square;
+    return squares.empty() ? 0 : std::sqrt(sum / double(squares.size())) / 2;
+  }
 };
 
 // Finds positions among known ones in much the same order: some were inserted or left out.
 class PositionFollower {
  public:
   explicit PositionFollower(const KnownPositions& known)
-      : known_(known), square_(known.much_the_same * known.much_the_same) {}
+      : known_(known), square_(known.much_the_same() * known.much_the_same()) {}
 
   // The number of one that is much the same as point i, or SIZE_MAX.
   size_t find(size_t i, const Eigen::Vector3d& point) {
@@ -228,7 +233,7 @@ class PositionFollower {
 
 void bring_up_to_date(KnownPositions& known, const SearchMesh& from, const SearchMesh& to) {
   const std::vector<Eigen::Vector3d>& points = from.positions();
-  KnownPositions now = {points, std::vector<double>(points.size()), known.much_the_same};
+  KnownPositions now = {points, std::vector<double>(points.size())};
   std::vector<size_t> others;
   std::vector<Eigen::Vector3d> moved;
   PositionFollower follower(known);
@@ -465,9 +470,7 @@ double ErrorMeter::relative_rms(const TriangleMesh& other) {
   const double unsure = kSure * (ab.rms * ab.deviation + ba.rms * ba.deviation);
   if (ba.rms > ab.rms - unsure) ba = measure_one_sided(samples, 1, b, a, false);
   if (ab.rms > ba.rms - unsure) ab = impl_->from_original(b, 1);
-  const double rms = std::max(ab.rms, ba.rms);
-  impl_->known.much_the_same = rms / 2;
-  return rms;
+  return std::max(ab.rms, ba.rms);
 }
 
 MutualSamples ErrorMeter::samples(const TriangleMesh& other) {
