@@ -35,17 +35,19 @@ Topology topology_of(const SeamContext& in, const DecodedMesh& d) {
 }  // namespace
 
 SeamContext::SeamContext(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
-    : SeamsInput(in), coded(p), ground{in.surface}, decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})) {
+    : SeamsInput(in),
+      coded(p),
+      ground(ground_of(in.surface, patches, p.placement.spacing)),
+      decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})) {
   auto close = [&] {
     plain = decoder.close({});
     borders = Borders(plain);
   };
-  auto look_at_patches = [&] {
-    lay_out(patches, p.placement.spacing, ground);
+  auto connect = [&] {
     part = connected_parts(decoder.mesh(), decoder.open().mesh.triangle_count, parts);
     part.resize(ground.pixel.size());
   };
-  tbb::parallel_invoke(close, look_at_patches);
+  tbb::parallel_invoke(close, connect);
 }
 
 Attempt attempt(const SeamContext& in, Seams seams) {

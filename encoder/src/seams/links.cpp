@@ -121,12 +121,13 @@ struct Grouped {
 
 }  // namespace
 
-void lay_out(const std::vector<CodedPatch>& patches, double spacing, Ground& g) {
-  g.pixel = pixels_of(patches);
+Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing) {
+  Ground g = {surface, pixels_of(patches), {}, {}};
   for (const Pixel& p : g.pixel) {
     g.face.push_back(patches[p.patch].face[p.index]);
     g.spacing.push_back(spacing * quarter_power(-patches[p.patch].header.spacing_index));
   }
+  return g;
 }
 
 std::vector<uint32_t> wrong_links(const DecodedMesh& decoded, const Ground& ground, KnownLinks& known) {

@@ -10,15 +10,15 @@ namespace relief {
 // Where the vertices of the patches come from.
 struct Ground {
   const Surface& surface;
-  std::vector<Pixel> pixel = {};     // of each vertex that is a pixel
-  std::vector<int> face = {};        // of the surface, likewise
-  std::vector<double> spacing = {};  // of its patch's grid, lattice units
+  std::vector<Pixel> pixel;     // of each vertex that is a pixel
+  std::vector<int> face;        // of the surface, likewise
+  std::vector<double> spacing;  // of its patch's grid, lattice units
 
   Vec3 lattice(const std::array<float, 3>& p) const {
     return (Vec3(p[0], p[1], p[2]) - surface.origin) / surface.scale;
   }
 };
-void lay_out(const std::vector<CodedPatch>& patches, double spacing, Ground& ground);
+Ground ground_of(const Surface& surface, const std::vector<CodedPatch>& patches, double spacing);
 
 // Whether links are right, by their keys, so that none is looked at twice.
 using KnownLinks = std::unordered_map<uint64_t, char>;

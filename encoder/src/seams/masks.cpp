@@ -7,6 +7,7 @@
 #include <set>
 
 #include "seams/folds.h"
+#include "surface/weld.h"
 
 namespace relief {
 namespace {
@@ -137,11 +138,11 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
   }
 }
 
-int mark_coincident(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& first,
-                    std::vector<char>& unwanted) {
+int mark_coincident(const DecodedMesh& decoded, const Ground& ground, std::vector<char>& unwanted) {
   int coincident = 0;
   std::vector<char> on_border(decoded.mesh.positions.size(), 0);
   for (uint32_t v : decoded.nodes) on_border[v] = 1;
+  const std::vector<uint32_t> first = weld_positions(decoded.mesh.positions);
   for (uint32_t v = 0; v < ground.pixel.size(); v++) {
     if (first[v] == v) continue;
     unwanted[on_border[v] || !on_border[first[v]] ? v : first[v]] = 1;
@@ -213,12 +214,11 @@ void mark_folds(const DecodedMesh& decoded, const Ground& ground, const std::vec
 }  // namespace
 
 UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                               const GapError& error, const std::vector<Fold>& folds,
-                               const std::vector<uint32_t>& first_there, MaskFaults& faults) {
+                               const GapError& error, const std::vector<Fold>& folds, MaskFaults& faults) {
   std::vector<char> wished(ground.pixel.size(), 0), needful(wished);
   mark_folds(decoded, ground, folds, wished);
   mark_tangles(decoded, wished);
-  faults.coincident = mark_coincident(decoded, ground, first_there, needful);
+  faults.coincident = mark_coincident(decoded, ground, needful);
   for (size_t v = 0; v < wished.size(); v++)
     if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) wished[v] = needful[v] = 0;
   mark_strays(decoded, ground, pieces, error, needful, faults.lost);

@@ -21,9 +21,7 @@ struct UnwantedPixels {
   // - pixels beyond the border of another patch, where the triangles between the patches turn over.
   std::vector<uint32_t> wished;
 };
-// first_there: of each vertex, the first one at its place
 UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                               const GapError& error, const std::vector<Fold>& folds,
-                               const std::vector<uint32_t>& first_there, MaskFaults& faults);
+                               const GapError& error, const std::vector<Fold>& folds, MaskFaults& faults);
 
 }  // namespace relief

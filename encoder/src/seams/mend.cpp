@@ -5,7 +5,6 @@
 
 #include "seams/handles.h"
 #include "surface/sets.h"
-#include "surface/weld.h"
 
 namespace relief {
 namespace {
@@ -111,13 +110,10 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     const double lost_before = faults.lost;
     GapError error;
     std::vector<Fold> folds;
-    std::vector<uint32_t> first_there;
     tbb::parallel_invoke([&] { error = error_of(in, a); },
-                         [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); },
-                         [&] { first_there = weld_positions(a.decoded.mesh.positions); });
+                         [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); });
     more = rounds > 0 && folds.size() > kFewFolds ? kRoundsForFolds : 0;
-    const UnwantedPixels unwanted =
-        unwanted_pixels(a.decoded, in.ground, pieces, error, folds, first_there, faults);
+    const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
     const double score = 10 * a.mismatch + kFoldScore * double(folds.size()) + count +
                          kCoincidentScore * faults.coincident + (error.sum + lost_before) / unit;
