@@ -22,37 +22,41 @@ class BucketQueue {
   static constexpr int kBuckets = 4097;  // costs |n - n_D|^2 of 0 to 4, in steps of 1/1024
   struct Entry {
     int cell, patch, next;
-    int first;  // neighbour of the cell
   };
   void clear() {
     entries_.clear();
     head_.assign(kBuckets, -1);
     tail_.assign(kBuckets, -1);
+    free_ = -1;
     cursor_ = 0;
   }
-  void push(int bucket, int cell, int patch, int first) {
-    const int e = static_cast<int>(entries_.size());
-    entries_.push_back({cell, patch, -1, first});
-    if (head_[bucket] < 0)
-      head_[bucket] = e;
-    else
-      entries_[tail_[bucket]].next = e;
+  void push(int bucket, int cell, int patch) {
+    const int e = free_ < 0 ? static_cast<int>(entries_.size()) : free_;
+    if (free_ < 0)
+      entries_.push_back({cell, patch, -1});
+    else {
+      free_ = entries_[e].next;
+      entries_[e] = {cell, patch, -1};
+    }
+    (head_[bucket] < 0 ? head_[bucket] : entries_[tail_[bucket]].next) = e;
     tail_[bucket] = e;
     cursor_ = std::min(cursor_, bucket);
   }
   bool pop(Entry& entry) {
     while (cursor_ < kBuckets && head_[cursor_] < 0) ++cursor_;
     if (cursor_ == kBuckets) return false;
-    entry = entries_[head_[cursor_]];
+    const int e = head_[cursor_];
+    entry = entries_[e];
     head_[cursor_] = entry.next;
+    entries_[e].next = free_;
+    free_ = e;
     return true;
   }
-  // What comes out behind an entry if nothing else is pushed; null: that is in another bucket.
-  const Entry* behind(const Entry& entry) const { return entry.next < 0 ? nullptr : &entries_[entry.next]; }
 
  private:
   std::vector<Entry> entries_;
-  std::vector<int> head_, tail_;
+  std::vector<int> head_, tail_;  // of buckets
+  int free_ = -1;                 // entries that came out, used again: so all lie near
   int cursor_ = 0;
 };
 
@@ -68,7 +72,8 @@ class Lloyd {
  public:
   explicit Lloyd(const NormalCone& c) : cone(c), cells(c.cells), label(cells.area.size(), -1) {
     mark_ = label;
-    for (size_t i = 0; i < label.size(); ++i) nodes_.push_back({cells.smooth[i], -1, 0, cells.first[i]});
+    for (size_t i = 0; i < label.size(); ++i)
+      nodes_.push_back({cells.smooth[i], -1, BucketQueue::kBuckets, cells.first[i]});
     nodes_.push_back({Eigen::Vector3f::Zero(), -1, 0, cells.first.back()});
   }
 
@@ -84,7 +89,7 @@ class Lloyd {
 
  private:
   void flood(const std::vector<int>& active);
-  void prefetch(const BucketQueue::Entry& e) const;
+  void clear(const std::vector<int>& active);
   void refit(int p, bool move_seed);
   bool grow(std::vector<int>& active);
   std::vector<int> with_neighbours(const std::vector<int>& patches);
@@ -103,43 +108,47 @@ void Lloyd::add_patch(int seed_cell, const Vec3& plane_normal) {
   patch_mark_.push_back(-1);
 }
 
-// What the next pops will read: most of the time of flooding is spent waiting for it.
-void Lloyd::prefetch(const BucketQueue::Entry& e) const {
-  const BucketQueue::Entry* const next = queue_.behind(e);
-  if (!next) return;
-  __builtin_prefetch(&nodes_[next->cell]);
-  constexpr size_t kNeighbours = 6;  // most cells have about so many
-  const size_t first = static_cast<size_t>(next->first);
-  for (size_t i = first; i < std::min(first + kNeighbours, cells.neighbour.size()); ++i)
-    __builtin_prefetch(&nodes_[cells.neighbour[i]]);
-  if (const BucketQueue::Entry* const after = queue_.behind(*next))
-    __builtin_prefetch(cells.neighbour.data() + after->first);
+// Takes all cells from the active patches.
+void Lloyd::clear(const std::vector<int>& active) {
+  const auto take = [&](int c) {
+    nodes_[c].label = -1;
+    nodes_[c].best = BucketQueue::kBuckets;
+  };
+  ++stamp_;
+  size_t count = 0;
+  for (int p : active) {
+    patch_mark_[p] = stamp_;
+    count += members[p].size();
+  }
+  if (count > label.size() / 4)  // in the order of memory, which is faster
+    tbb::parallel_for(size_t{0}, label.size(), [&](size_t c) {
+      if (label[c] >= 0 && patch_mark_[label[c]] == stamp_) take(static_cast<int>(c));
+    });
+  else
+    for (int p : active)
+      for (int c : members[p]) take(c);
+  for (int p : active) members[p].clear();
 }
 
 // Flooding: assigns the cells of the active patches anew, in the order of their normals' distance to the
 // plane's.
 void Lloyd::flood(const std::vector<int>& active) {
+  clear(active);
   queue_.clear();
-  for (int p : active) {
-    for (int c : members[p]) {
-      nodes_[c].label = -1;
-      nodes_[c].best = BucketQueue::kBuckets;
-    }
-    members[p].clear();
-  }
   std::vector<Eigen::Vector3f> plane(normal.size());
   for (int p : active) {
     plane[p] = normal[p].cast<float>();
     nodes_[seed[p]].best = 0;
-    queue_.push(0, seed[p], p, nodes_[seed[p]].first);
+    queue_.push(0, seed[p], p);
   }
   BucketQueue::Entry e;
   while (queue_.pop(e)) {
-    prefetch(e);
     Node& node = nodes_[e.cell];
     if (node.label >= 0) continue;
     node.label = e.patch;
     members[e.patch].push_back(e.cell);
+    for (int j = node.first; j < nodes_[e.cell + 1].first; ++j)
+      __builtin_prefetch(&nodes_[cells.neighbour[j]]);
     for (int j = node.first; j < nodes_[e.cell + 1].first; ++j) {
       const int c = cells.neighbour[j];
       Node& other = nodes_[c];
@@ -148,11 +157,11 @@ void Lloyd::flood(const std::vector<int>& active) {
       const int bucket = std::min(static_cast<int>(cost * 1024), BucketQueue::kBuckets - 1);
       if (bucket >= other.best) continue;  // another entry comes out first
       other.best = bucket;
-      queue_.push(bucket, c, e.patch, other.first);
+      queue_.push(bucket, c, e.patch);
+      __builtin_prefetch(&cells.neighbour[other.first]);
     }
   }
-  for (int p : active)
-    for (int c : members[p]) label[c] = p;
+  tbb::parallel_for(size_t{0}, label.size(), [&](size_t c) { label[c] = nodes_[c].label; });
 }
 
 // Centroid fitting: the average normal, and the cell closest to it as the next seed.
