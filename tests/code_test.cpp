@@ -23,6 +23,7 @@
 #include "resample/elevation_map.h"
 #include "resample/extend_border.h"
 #include "restore.h"
+#include "seams/decoded.h"
 #include "span_context.h"
 
 namespace relief {
@@ -955,12 +956,13 @@ struct Built {
   std::vector<ElevationMap> maps;
   std::vector<WaveletImage> images;
   StreamPlacement placement = {{0, 0, 0}, 1e-6f, 1000, 8, 0.1f, false};
+  std::vector<CodedPatch> patches;
+  QuantisedImages quantised;
   StreamParts parts;
 };
 
 Built build(std::vector<Picture> pictures, Random& random) {
   Built b;
-  std::vector<CodedPatch> coded;
   for (const Picture& p : pictures) {
     ElevationMap map;
     map.width = p.w, map.height = p.h;
@@ -972,14 +974,48 @@ Built build(std::vector<Picture> pictures, Random& random) {
   for (const ElevationMap& m : b.maps)
     b.images.push_back(forward_wavelet(m.width, m.height, m.mask.data(), m.z.data()));
   for (size_t i = 0; i < b.maps.size(); i++)
-    coded.push_back({{b.maps[i].width, b.maps[i].height, int32_t(100 * i), 0, 0, 0, 0, 0, 0},
-                     b.maps[i].mask.data(),
-                     &b.images[i],
-                     b.maps[i].z.data(),
-                     nullptr});
-  QuantisedImages quantised;
-  b.parts = code_stream(coded, b.placement, quantised);
+    b.patches.push_back({{b.maps[i].width, b.maps[i].height, int32_t(100 * i), 0, 0, 0, 0, 0, 0},
+                         b.maps[i].mask.data(),
+                         &b.images[i],
+                         b.maps[i].z.data(),
+                         nullptr});
+  b.parts = code_stream(b.patches, b.placement, b.quantised);
   return b;
+}
+
+// Mending looks at patches that are meshed each alone: that is what their stream decodes to, also when some
+// of them are others than before.
+TEST(Stream, PatchesMeshedAloneAreThoseOfTheDecoder) {
+  Random random(23);
+  MeshedPatches meshed;
+  int compared = 0;
+  for (int round = 0; round < 30; round++) {
+    std::vector<Picture> pictures;
+    for (int i = 0; i < 6; i++) {
+      const uint32_t w = 2 + random() % 60, h = 2 + random() % 60;
+      pictures.push_back({w, h, random_mask(random, w, h)});
+    }
+    Built b = build(pictures, random);
+    if (b.maps.size() < 2) continue;
+    for (CodedPatch& p : b.patches) {
+      p.header.step_index = int32_t(random() % 5) - 2, p.header.spacing_index = int32_t(random() % 3);
+      p.header.u = int32_t(random() % 200) - 100, p.header.z0 = int32_t(random() % 50) - 25;
+    }
+    const std::vector<CodedPatch> some(b.patches.begin() + 1, b.patches.end());
+    for (const auto& patches : {b.patches, some}) {
+      const StreamParts parts = code_stream(patches, b.placement, b.quantised);
+      PatchDecoder decoder(assemble(parts, {parts.boundary_nodes, 0, 0}, {}));
+      PatchDecoder alone(meshed.of(patches, b.placement, b.quantised), b.placement);
+      const DecodedMesh is = alone.close(Seams()), should = decoder.close(Seams());
+      EXPECT_EQ(is.mesh.positions, should.mesh.positions) << "round " << round;
+      EXPECT_EQ(is.mesh.triangles, should.mesh.triangles) << "round " << round;
+      EXPECT_EQ(is.links, should.links) << "round " << round;
+      EXPECT_EQ(is.nodes, should.nodes) << "round " << round;
+      EXPECT_EQ(alone.open().components, decoder.open().components) << "round " << round;
+      compared++;
+    }
+  }
+  EXPECT_GT(compared, 40);
 }
 
 // The number of border vertices is promised by the header and checked by the decoder: CORRUPT if it is off by

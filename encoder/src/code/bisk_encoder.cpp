@@ -52,7 +52,7 @@ Progress start(const CodedPatch& coded, const StreamPlacement& placement) {
   Progress s;
   s.coded = &coded;
   const WaveletImage& image = *coded.image;
-  const float step = float(double(placement.step) * quarter_power(coded.header.step_index));
+  const float step = step_of(placement, coded.header);
   const double area = double(step) * spacing_of(placement.spacing, coded.header);
   s.weight = std::pow(area / (double(placement.step) * placement.spacing), 2);
   s.target.assign(image.pyramid.size, 0);

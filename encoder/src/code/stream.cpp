@@ -45,15 +45,16 @@ void code_masks(RangeEncoder& coder, const std::vector<CodedPatch>& patches, Str
   }
 }
 
-std::vector<uint8_t> code_coefficients(const std::vector<CodedPatch>& patches,
-                                       const StreamPlacement& placement, QuantisedImages& known) {
+std::vector<const WaveletImage*> images_of(const std::vector<CodedPatch>& patches) {
   std::vector<const WaveletImage*> images;
-  std::vector<float> step;
-  for (const CodedPatch& p : patches) {
-    images.push_back(p.image);
-    step.push_back(float(double(placement.step) * quarter_power(p.header.step_index)));
-  }
-  return code_images(images, step, placement.trade, known);
+  for (const CodedPatch& p : patches) images.push_back(p.image);
+  return images;
+}
+
+std::vector<float> steps_of(const std::vector<CodedPatch>& patches, const StreamPlacement& placement) {
+  std::vector<float> steps;
+  for (const CodedPatch& p : patches) steps.push_back(step_of(placement, p.header));
+  return steps;
 }
 
 }  // namespace
@@ -95,10 +96,10 @@ std::unique_ptr<CoefficientModels> code_quantised(Coder& coder, const std::vecto
   return models;
 }
 
-}  // namespace
-
-std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
-                                 const std::vector<float>& step, float trade, QuantisedImages& known) {
+// Quantises those that are not known yet. Returns all.
+std::vector<QuantisedImage> quantise_images(const std::vector<const WaveletImage*>& images,
+                                            const std::vector<float>& step, float trade,
+                                            QuantisedImages& known) {
   std::vector<QuantisedImage> all, fresh;
   for (size_t i = 0; i < images.size(); i++) {
     all.push_back({images[i], step[i], &known.of(images[i], step[i])});
@@ -116,9 +117,36 @@ std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
     known.learned = code_quantised(counter, all);
   }
   quantise();
+  return all;
+}
+
+}  // namespace
+
+std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
+                                 const std::vector<float>& step, float trade, QuantisedImages& known) {
+  const std::vector<QuantisedImage> all = quantise_images(images, step, trade, known);
   RangeEncoder coder;
   known.learned = code_quantised(coder, all);
   return coder.finish();
+}
+
+float step_of(const StreamPlacement& placement, const PatchHeader& patch) {
+  return float(double(placement.step) * quarter_power(patch.step_index));
+}
+
+void quantise(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,
+              QuantisedImages& known) {
+  quantise_images(images_of(patches), steps_of(patches, placement), placement.trade, known);
+}
+
+void learn(const std::vector<CodedPatch>& patches, const StreamPlacement& placement, QuantisedImages& known) {
+  std::vector<QuantisedImage> all;
+  for (const CodedPatch& p : patches) {
+    const float step = step_of(placement, p.header);
+    all.push_back({p.image, step, &known.of(p.image, step)});
+  }
+  CountingCoder counter;
+  known.learned = code_quantised(counter, all);
 }
 
 uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t height) {
@@ -174,8 +202,10 @@ StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlac
     code.bytes.resize(std::min(wanted, code.bytes.size()));
     parts.coefficients = std::move(code.bytes);
   } else {
-    tbb::parallel_invoke(code_table,
-                         [&] { parts.coefficients = code_coefficients(patches, placement, known); });
+    tbb::parallel_invoke(code_table, [&] {
+      parts.coefficients =
+          code_images(images_of(patches), steps_of(patches, placement), placement.trade, known);
+    });
     parts.most_coefficient_bytes = parts.coefficients.size();
   }
   return parts;

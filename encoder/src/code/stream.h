@@ -73,6 +73,15 @@ class QuantisedImages {
 std::vector<uint8_t> code_images(const std::vector<const WaveletImage*>& images,
                                  const std::vector<float>& step, float trade, QuantisedImages& known);
 
+// The step of a patch.
+float step_of(const StreamPlacement& placement, const PatchHeader& patch);
+
+// What code_stream does of that by subband, for patches that are not written but looked at: first it
+// quantises images, then it learns from coding them all.
+void quantise(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,
+              QuantisedImages& known);
+void learn(const std::vector<CodedPatch>& patches, const StreamPlacement& placement, QuantisedImages& known);
+
 void put_varint(std::vector<uint8_t>& out, uint32_t value);
 
 StreamParts code_stream(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,

@@ -34,11 +34,12 @@ Topology topology_of(const SeamContext& in, const DecodedMesh& d) {
 
 }  // namespace
 
-SeamContext::SeamContext(const StreamParts& p, const std::vector<CodedPatch>& patches, const SeamsInput& in)
+SeamContext::SeamContext(const StreamParts& p, PatchDecoder d, const std::vector<CodedPatch>& patches,
+                         const SeamsInput& in)
     : SeamsInput(in),
       coded(p),
       ground(ground_of(in.surface, patches, p.placement.spacing)),
-      decoder(assemble(p, {p.boundary_nodes, 0, 0}, {})) {
+      decoder(std::move(d)) {
   auto close = [&] {
     plain = decoder.close({});
     borders = Borders(plain);
@@ -48,6 +49,10 @@ SeamContext::SeamContext(const StreamParts& p, const std::vector<CodedPatch>& pa
     part.resize(ground.pixel.size());
   };
   tbb::parallel_invoke(close, connect);
+}
+
+PatchDecoder decoded_patches(const StreamParts& parts) {
+  return PatchDecoder(assemble(parts, {parts.boundary_nodes, 0, 0}, {}));
 }
 
 Attempt attempt(const SeamContext& in, Seams seams) {

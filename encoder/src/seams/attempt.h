@@ -18,9 +18,14 @@ struct SeamContext : SeamsInput {
   std::vector<int> part;  // of each pixel: the connected part of a patch
   int parts = 0;
 
-  SeamContext(const StreamParts& coded, const std::vector<CodedPatch>& patches, const SeamsInput& input);
+  // decoder: of these patches
+  SeamContext(const StreamParts& coded, PatchDecoder decoder, const std::vector<CodedPatch>& patches,
+              const SeamsInput& input);
   bool closed() const { return border.loops.empty(); }
 };
+
+// Of the stream with these parts.
+PatchDecoder decoded_patches(const StreamParts& parts);
 
 struct Attempt {
   Seams seams;

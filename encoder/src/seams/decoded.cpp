@@ -1,5 +1,8 @@
 #include "seams/decoded.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -19,6 +22,33 @@ void check(relief_status status) {
                            relief_status_text(status));
 }
 
+// The numbers that the first vertex, triangle, node, loop and component of a patch have in the mesh.
+struct Firsts {
+  uint32_t vertex = 0, triangle = 0, node = 0, loop = 0, component = 0;
+};
+
+Firsts behind(const Firsts& f, const MeshedPatch& p) {
+  return {f.vertex + uint32_t(p.positions.size()), f.triangle + uint32_t(p.triangles.size()),
+          f.node + uint32_t(p.nodes.size()), f.loop + uint32_t(p.loop_length.size()),
+          f.component + p.components};
+}
+
+void copy(const MeshedPatch& p, uint32_t index, const Firsts& first, TriangleMesh& mesh, Nodes& nodes) {
+  std::copy(p.positions.begin(), p.positions.end(), mesh.positions.begin() + first.vertex);
+  for (size_t t = 0; t < p.triangles.size(); t++)
+    for (size_t k = 0; k < 3; k++) mesh.triangles[first.triangle + t][k] = p.triangles[t][k] + first.vertex;
+  std::copy(p.loop_length.begin(), p.loop_length.end(), nodes.loop_length + first.loop);
+  for (size_t i = 0; i < p.nodes.size(); i++) {
+    Node n = p.nodes[i];
+    n.next += first.node, n.prev += first.node;
+    n.loop += first.loop;
+    n.patch = index;
+    n.component += first.component;
+    n.vertex += first.vertex;
+    nodes[uint32_t(first.node + i)] = n;
+  }
+}
+
 }  // namespace
 
 PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
@@ -35,9 +65,51 @@ PatchDecoder::PatchDecoder(const std::vector<uint8_t>& stream) {
   out.triangle_capacity = info.triangle_capacity;
   check(decode_patches(stream.data(), stream.size(), &kAnything, &out, workspace_.get(),
                        blocks * sizeof(Block), open_));
+  start_trace();
+}
+
+PatchDecoder::PatchDecoder(const std::vector<const MeshedPatch*>& patches, const StreamPlacement& placement) {
+  std::vector<Firsts> first(patches.size() + 1);
+  for (size_t i = 0; i < patches.size(); i++) first[i + 1] = behind(first[i], *patches[i]);
+  const Firsts& count = first.back();
+  const uint64_t triangles = 2 * uint64_t(count.vertex) + gap_triangles(count.node);
+  mesh_.positions.resize(count.vertex + gap_vertices(count.node));
+  mesh_.triangles.resize(triangles);
+  auto lay_out = [&](void* memory) {
+    Arena a(memory);
+    open_.nodes.allocate(a, count.node);
+    open_.gap_memory = a.take<uint8_t>(gap_memory_bytes(count.node));
+    return a.used;
+  };
+  workspace_ = std::make_unique_for_overwrite<Block[]>(lay_out(nullptr) / sizeof(Block) + 1);
+  lay_out(workspace_.get());
+  tbb::parallel_for(size_t(0), patches.size(),
+                    [&](size_t i) { copy(*patches[i], uint32_t(i), first[i], mesh_, open_.nodes); });
+  open_.nodes.count = count.node, open_.nodes.loop_count = count.loop;
+  open_.components = count.component;
+  open_.whole = true;
+  StreamHeader& h = open_.parsed.header;
+  h = {};
+  h.flags = placement.closed ? kFlagClosed : 0;
+  std::copy_n(placement.origin, 3, h.origin);
+  h.scale = placement.scale;
+  open_.mesh = {mesh_.positions[0].data(),
+                mesh_.triangles[0].data(),
+                uint32_t(mesh_.positions.size()),
+                uint32_t(mesh_.triangles.size()),
+                count.vertex,
+                count.triangle};
+  open_.spacing = 0;
+  for (const MeshedPatch* p : patches)
+    if (!p->nodes.empty()) open_.spacing = std::max(open_.spacing, p->nodes[0].spacing);
+  start_trace();
+}
+
+// Room for what a trace may fill.
+void PatchDecoder::start_trace() {
   const size_t nodes = open_.nodes.count;
   first_triangle_.resize(gap_triangles(nodes));
-  links_.resize(2 * size_t(info.vertex_capacity));
+  links_.resize(2 * mesh_.positions.size());
   kind_.resize(links_.size());
   nodes_.resize(nodes);
 }

@@ -8,6 +8,7 @@
 #include "code/stream.h"
 #include "decode.h"
 #include "relief/encoder.h"
+#include "seams/meshed_patches.h"
 
 namespace relief {
 
@@ -31,6 +32,8 @@ struct DecodedMesh {
 class PatchDecoder {
  public:
   explicit PatchDecoder(const std::vector<uint8_t>& stream);
+  // Of what these patches, meshed each alone, would be decoded to. open() has no masks then.
+  PatchDecoder(const std::vector<const MeshedPatch*>& patches, const StreamPlacement& placement);
   // spare: what this function returned before, without tubes, to be written over: its patches are the same.
   DecodedMesh close(const Seams& seams, DecodedMesh spare = {});
   DecodedMesh close(const uint8_t* seams, const uint8_t* end, DecodedMesh spare = {});  // as in a stream
@@ -42,6 +45,8 @@ class PatchDecoder {
   struct alignas(16) Block {
     uint8_t bytes[16];
   };
+  void start_trace();
+
   std::unique_ptr<Block[]> workspace_;
   TriangleMesh mesh_;  // lattice coordinates; room for what closing adds
   OpenPatches open_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "seams/handles.h"
 #include "surface/sets.h"
@@ -83,6 +84,26 @@ std::vector<Cluster> clusters_of(const SeamContext& in, const std::vector<uint32
   return clusters;
 }
 
+// What patches are decoded to. Nothing is written of them unless their coder cuts it.
+struct Look {
+  StreamParts parts;
+  std::optional<SeamContext> context;
+
+  Look(const std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
+       QuantisedImages& quantised, MeshedPatches& meshed) {
+    if (placement.bisk) {
+      parts = code_stream(patches, placement, quantised);
+      context.emplace(parts, decoded_patches(parts), patches, input);
+      return;
+    }
+    parts.placement = placement;
+    quantise(patches, placement, quantised);
+    PatchDecoder decoder(meshed.of(patches, placement, quantised), placement);
+    tbb::parallel_invoke([&] { context.emplace(parts, std::move(decoder), patches, input); },
+                         [&] { learn(patches, placement, quantised); });
+  }
+};
+
 }  // namespace
 
 void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
@@ -96,13 +117,14 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   const double unit = kErrorScore * std::pow(double(placement.spacing), 4);
   MaskEdits edits(patches, storage);
   MaskFaults faults;
+  MeshedPatches meshed;
   std::vector<Cluster> taken;  // in the round before
   int more = 0;
   for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
     const bool needful = round >= rounds + more || vain > kVainRounds;
     last += needful;
-    const StreamParts parts = code_stream(edits.patches(), placement, quantised);
-    const SeamContext in(parts, edits.patches(), input);
+    const Look look(edits.patches(), placement, input, quantised, meshed);
+    const SeamContext& in = *look.context;
     const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground, in.known.links);
     const Pieces pieces = pieces_of(in, dropped);
     Attempt a = with_links(in, dropped, pieces);

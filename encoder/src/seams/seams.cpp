@@ -203,7 +203,7 @@ class FaceTrials {
 
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough) {
-  const SeamContext in(parts, patches, input);
+  const SeamContext in(parts, decoded_patches(parts), patches, input);
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground, in.known.links);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
