@@ -50,9 +50,9 @@ Bracket all_lambdas(const Job& m, double slope) {
 
 // A stream for the search. Once patches were split it is mended, too: small patches make many mistakes.
 Trial try_lambda(const Job& m, double lambda, bool mended, Stopwatch& watch) {
-  constexpr int kMendRounds = 3;
+  constexpr MendRounds kHasty = {3, 0};
   Sampled sampled = sample(m, lambda, watch);
-  if (mended) mend(m, sampled, kMendRounds, watch);
+  if (mended) mend(m, sampled, kHasty, watch);
   Trial t = code(m, sampled, false, watch);
   t.error = measure_roughly(m, t, watch);
   t.lambda = lambda;

@@ -19,7 +19,7 @@ constexpr double kFar = 0.012;  // farther from the target the error need not be
 Trial code_soundly(const Job& m, Sampled& s, double bytes, Stopwatch& watch) {
   Trial t = code(m, s, true, watch);
   if (t.coincident > 0) {
-    mend(m, s, 0, watch);
+    mend(m, s, {0, 0}, watch);
     t = code(m, s, true, watch);
   }
   const bool is_far = bytes == 0 && t.error > 0 && std::fabs(excess(t, m.options, bytes)) > kFar;
@@ -41,13 +41,15 @@ std::vector<uint8_t> unquantised(const Job& m, Sampled& s, Stopwatch& watch) {
 //   off  by how much these patches with this step miss the target, as far as the search knows
 //   met  whether any trial met the target; then also whether this one does
 Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 6, kMendRounds = 2, kVain = 3;
+  constexpr int kMost = 6, kVain = 3;
+  constexpr MendRounds kHasty = {2, 0}, kThorough = {2, 6};
   const bool bisk = s.placement.bisk;
   // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
   const double slope = bisk ? (bytes > 0 ? 0.85 : -0.9) : bytes > 0 ? -0.9 : 0.6;
   const double finest = finest_step(s.patches);
   Trial best;
   double best_y = INFINITY;
+  bool best_finished = false;
   const double first_x = std::log(double(s.placement.step));
   const bool corrected = !bisk && met && std::fabs(off) > kFarOff;
   double x = corrected ? first_x + std::clamp(-off / slope, -0.3, 0.3) : first_x;
@@ -58,14 +60,18 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
     else if (i > 0)
       s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
     if (i > 0) s.known = {};  // another step moves all vertices
-    if (std::fabs(x - mended_x) > kSame) mend(m, s, kMendRounds, watch), mended_x = x;
+    if (std::fabs(x - mended_x) > kSame || (i > 0 && !s.finished))
+      mend(m, s, i == 0 && met ? kHasty : kThorough, watch), mended_x = x;
     Trial t = code_soundly(m, s, bytes, watch);
     if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
     const double y = excess(t, m.options, bytes);
-    const bool sound = is_sound(m, t), best_sound = is_sound(m, best);
+    const bool sound = is_sound(m, t) && s.finished, best_sound = is_sound(m, best) && best_finished;
     const bool better = best_y > 0 || y > 0 ? y < best_y : is_better(t, best, bytes);
-    if (i == 0 || (sound == best_sound ? better : sound)) best = std::move(t), best_y = y;
-    if (!met || (best_y <= 0 && best_y > -(m.effort.inside + kContent * std::max(0, i - 2)))) break;
+    if (i == 0 || (sound == best_sound ? better : sound))
+      best = std::move(t), best_y = y, best_finished = s.finished;
+    const bool content = best_y <= 0 && best_y > -(m.effort.inside + kContent * std::max(0, i - 2));
+    if (!met || (content && best_finished)) break;
+    if (content) continue;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
     if (i == 0 && corrected && y > kJump)

@@ -62,9 +62,10 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density) {
   return s;
 }
 
-void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch) {
-  mend_masks(s.patches, s.placement, seams_input(m, s.known), rounds, s.patch_number, s.cleaned, s.quantised);
-  s.mended = rounds > 0;
+void mend(const Job& m, Sampled& s, const MendRounds& most, Stopwatch& watch) {
+  const bool finished = mend_masks(s.patches, s.placement, seams_input(m, s.known), most, s.patch_number,
+                                   s.cleaned, s.quantised);
+  if (most.rounds > 0) s.mended = true, s.finished = finished;
   watch.lap("mend");
 }
 

@@ -15,6 +15,7 @@ struct Sampled {
   std::list<CleanedPatch> cleaned;  // of patches whose masks were mended
   QuantisedImages quantised;        // with the last step
   bool mended = false;              // of more than strays
+  bool finished = true;             // mending would not find much more
   Known known;                      // of seams, from trial to trial
 };
 
@@ -40,7 +41,7 @@ double finest_step(const std::vector<CodedPatch>& patches);
 Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density = 0);
 
 // See mend_masks.
-void mend(const Job& m, Sampled& s, int rounds, Stopwatch& watch);
+void mend(const Job& m, Sampled& s, const MendRounds& most, Stopwatch& watch);
 
 // Its error is not measured. thorough: the last word on a stream, see find_seams.
 Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);

@@ -13,9 +13,7 @@ namespace {
 constexpr double kErrorScore = 0.05;  // spacings to the fourth that weigh as much as a pixel
 constexpr double kFoldScore = 8;
 constexpr int kVainRounds = 2;  // without getting better
-// With more folds than so few there may be so many rounds more.
 constexpr size_t kFewFolds = 8;
-constexpr int kRoundsForFolds = 6;
 constexpr int kHeldRounds = 4;     // then pixels that were put back are tried again: others are gone by then
 constexpr int kNeedfulRounds = 2;  // after those, for what must not stay
 constexpr double kCoincidentScore = 1000;
@@ -106,14 +104,15 @@ struct Look {
 
 }  // namespace
 
-void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
-                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
+bool mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
+                const MendRounds& most, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
                 QuantisedImages& quantised) {
   struct State {
     std::vector<CodedPatch> patches;
     std::vector<int> number;
     double score;
-  } best = {{}, {}, INFINITY};
+    size_t folds;
+  } best = {{}, {}, INFINITY, 0};
   const double unit = kErrorScore * std::pow(double(placement.spacing), 4);
   MaskEdits edits(patches, storage);
   MaskFaults faults;
@@ -121,7 +120,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   std::vector<Cluster> taken;  // in the round before
   int more = 0;
   for (int round = 0, vain = 0, last = 0; last <= kNeedfulRounds; round++) {
-    const bool needful = round >= rounds + more || vain > kVainRounds;
+    const bool needful = round >= most.rounds + more || vain > kVainRounds;
     last += needful;
     const Look look(edits.patches(), placement, input, quantised, meshed);
     const SeamContext& in = *look.context;
@@ -134,13 +133,13 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     std::vector<Fold> folds;
     tbb::parallel_invoke([&] { error = error_of(in, a); },
                          [&] { folds = FoldFinder(in.plain, in.ground, in.folded).find(a.decoded); });
-    more = rounds > 0 && folds.size() > kFewFolds ? kRoundsForFolds : 0;
+    more = folds.size() > kFewFolds ? most.for_folds : 0;
     const UnwantedPixels unwanted = unwanted_pixels(a.decoded, in.ground, pieces, error, folds, faults);
     const double count = double(unwanted.needful.size() + (needful ? 0 : unwanted.wished.size()));
     const double score = 10 * a.mismatch + kFoldScore * double(folds.size()) + count +
                          kCoincidentScore * faults.coincident + (error.sum + lost_before) / unit;
     if (score < best.score)
-      best = {edits.patches(), edits.number(), score}, vain = 0;
+      best = {edits.patches(), edits.number(), score, folds.size()}, vain = 0;
     else
       vain++;
     const Faults now(in, a, error, folds, unit);
@@ -160,6 +159,7 @@ void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
   for (int& n : patch_number)
     if (n >= 0) n = best.number[size_t(n)];
   patches = std::move(best.patches);
+  return best.folds <= kFewFolds || most.for_folds > 0;
 }
 
 }  // namespace relief

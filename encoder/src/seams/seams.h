@@ -46,10 +46,16 @@ struct FoundSeams {
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
                       const SeamsInput& input, bool thorough);
 
-// Decodes and takes out of the masks what spoils the seams, at most so many times over, and puts back what
-// did no good; then takes out what must not stay. See unwanted_pixels.
-void mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
-                int rounds, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
+// So many times masks are looked at, at most, and so many times more where there are more than a few folds.
+struct MendRounds {
+  int rounds, for_folds;
+};
+
+// Decodes and takes out of the masks what spoils the seams, time and again, and puts back what did no good;
+// then takes out what must not stay. See unwanted_pixels. Returns false if rounds for folds were left out that
+// would do some good.
+bool mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
+                const MendRounds& most, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
                 QuantisedImages& quantised);
 
 }  // namespace relief
