@@ -1,6 +1,9 @@
 #include "partition/connected.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 namespace relief {
@@ -36,25 +39,35 @@ int best_neighbour(const NormalCone& cone, const Surface& surface, const Patches
   return -1;
 }
 
+Piece piece_at(const Surface& surface, const std::vector<int>& label, int start, std::vector<char>& seen) {
+  Piece piece{label[start], 0, {start}};
+  seen[start] = 1;
+  for (size_t i = 0; i < piece.faces.size(); ++i) {
+    piece.area += surface.areas[piece.faces[i]];
+    for (int g : surface.adjacent[piece.faces[i]])
+      if (g >= 0 && !seen[g] && label[g] == piece.patch) {
+        seen[g] = 1;
+        piece.faces.push_back(g);
+      }
+  }
+  return piece;
+}
+
 }  // namespace
 
 std::vector<Piece> pieces_of(const Surface& surface, const std::vector<int>& label) {
-  std::vector<Piece> pieces;
+  const size_t patches = 1 + static_cast<size_t>(std::max(0, *std::max_element(label.begin(), label.end())));
+  const FaceLists lists = faces_by_patch(label, patches);
+  std::vector<std::vector<Piece>> of_patch(patches);
   std::vector<char> seen(label.size(), 0);
-  for (size_t f = 0; f < label.size(); ++f) {
-    if (seen[f] || label[f] < 0) continue;
-    Piece piece{label[f], 0, {static_cast<int>(f)}};
-    seen[f] = 1;
-    for (size_t i = 0; i < piece.faces.size(); ++i) {
-      piece.area += surface.areas[piece.faces[i]];
-      for (int g : surface.adjacent[piece.faces[i]])
-        if (g >= 0 && !seen[g] && label[g] == label[f]) {
-          seen[g] = 1;
-          piece.faces.push_back(g);
-        }
-    }
-    pieces.push_back(std::move(piece));
-  }
+  tbb::parallel_for(size_t{0}, patches, [&](size_t p) {
+    for (const int* f = lists.begin(p); f != lists.end(p); ++f)
+      if (!seen[*f]) of_patch[p].push_back(piece_at(surface, label, *f, seen));
+  });
+  std::vector<Piece> pieces;
+  for (auto& of : of_patch) std::move(of.begin(), of.end(), std::back_inserter(pieces));
+  std::sort(pieces.begin(), pieces.end(),
+            [](const Piece& a, const Piece& b) { return a.faces[0] < b.faces[0]; });
   return pieces;
 }
 

@@ -7,6 +7,8 @@
 namespace relief {
 namespace {
 
+constexpr int kReach = 14;  // rings; what 24 steps carry beyond is less than a thousandth
+
 // How much of each of a few patches there is at a face. Where more meet, the weakest is forgotten.
 struct Mixture {
   static constexpr int kMost = 4;
@@ -99,14 +101,15 @@ void diffuse_labels(const NormalCone& cone, const Surface& surface, Patches& pat
   std::vector<int>& label = patches.label;
   std::vector<int> slot;
   std::vector<size_t> ring_end;
+  const int rings = std::min(steps + 1, kReach);
   for (int round = 0; round < rounds; ++round) {
-    const std::vector<BandFace> band = band_around_boundaries(surface, label, steps + 1, slot, ring_end);
+    const std::vector<BandFace> band = band_around_boundaries(surface, label, rings, slot, ring_end);
     std::vector<Mixture> now(band.size()), next;
     for (size_t i = 0; i < band.size(); ++i) now[i].add(label[band[i].face], 1);
     next = now;
     for (int step = 0; step < steps; ++step) {
       // Farther than this the labels are still pure.
-      tbb::parallel_for(size_t{0}, ring_end[step + 1],
+      tbb::parallel_for(size_t{0}, ring_end[std::min(step + 1, rings - 1)],
                         [&](size_t i) { next[i] = diffused(band[i], now[i], now); });
       now.swap(next);
     }

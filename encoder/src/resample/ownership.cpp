@@ -32,14 +32,15 @@ Neighbours neighbours_of(const Surface& s) {
   return n;
 }
 
-// Vertices within `rounds` edges of one where labels meet.
-std::vector<int> band_of(const Ownership& o, const Neighbours& n, int rounds) {
+// Vertices within `rings` edges of one where labels meet, ring by ring. Ring r ends at ring_end[r].
+std::vector<int> band_of(const Ownership& o, const Neighbours& n, int rings, std::vector<size_t>& ring_end) {
   std::vector<char> in(o.vertex.size(), 0);
   std::vector<int> band;
   for (size_t v = 0; v < o.vertex.size(); v++)
     if (o.vertex[v].size() > 1) in[v] = 1, band.push_back(int(v));
   size_t begin = 0;
-  for (int r = 0; r < rounds; r++) {
+  ring_end.push_back(band.size());
+  for (int r = 0; r < rings; r++) {
     const size_t end = band.size();
     for (size_t i = begin; i < end; i++)
       for (int k = n.begin[band[i]]; k < n.begin[band[i] + 1]; k++) {
@@ -47,6 +48,7 @@ std::vector<int> band_of(const Ownership& o, const Neighbours& n, int rounds) {
         if (!in[u]) in[u] = 1, band.push_back(u);
       }
     begin = end;
+    ring_end.push_back(band.size());
   }
   return band;
 }
@@ -107,12 +109,14 @@ Ownership diffuse_labels(const Surface& surface, const Partition& partition, int
     for (auto& [l, x] : w) x /= sum;
   }
   const Neighbours n = neighbours_of(surface);
-  const std::vector<int> band = band_of(o, n, kBand);
+  std::vector<size_t> ring_end;
+  const std::vector<int> band = band_of(o, n, kBand, ring_end);
   std::vector<int> pure(o.vertex.size());
   for (size_t v = 0; v < pure.size(); v++) pure[v] = pure_label(o.vertex[v]);
   std::vector<LabelWeights> next(band.size());
   for (int r = 0; r < rounds; r++) {
-    tbb::parallel_for(size_t(0), band.size(), [&](size_t i) {
+    const size_t reached = ring_end[size_t(std::min(r + 1, kBand))];  // beyond, labels are still pure
+    tbb::parallel_for(size_t(0), reached, [&](size_t i) {
       const int v = band[i];
       LabelWeights& w = next[i];
       w.clear();
@@ -123,7 +127,7 @@ Ownership diffuse_labels(const Surface& surface, const Partition& partition, int
         for (auto& [l, x] : o.vertex[size_t(n.vertex[size_t(k)])]) w.add(l, x * share);
       w.drop_below(kNegligible);
     });
-    tbb::parallel_for(size_t(0), band.size(), [&](size_t i) {
+    tbb::parallel_for(size_t(0), reached, [&](size_t i) {
       if (next[i].size() == 0) return;
       const size_t v = size_t(band[i]);
       o.vertex[v] = next[i];
