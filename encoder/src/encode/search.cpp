@@ -53,7 +53,7 @@ Trial try_lambda(const Job& m, double lambda, bool mended, Stopwatch& watch) {
   constexpr MendRounds kHasty = {3, 0};
   Sampled sampled = sample(m, lambda, watch);
   if (mended) mend(m, sampled, kHasty, watch);
-  Trial t = code(m, sampled, false, watch);
+  Trial t = code(m, sampled, Care::kLittle, watch);
   t.error = measure_roughly(m, t, watch);
   t.lambda = lambda;
   t.sampled = std::move(sampled);

@@ -15,12 +15,18 @@ constexpr double kFarOff = 0.02, kJump = 0.05;
 constexpr double kSame = 0.01;  // steps that differ by less need no other masks
 constexpr double kFar = 0.012;  // farther from the target the error need not be measured if it is known about
 
-// A thorough trial; no vertex lies on another if that can be helped. bytes: the target
+// A trial with all care; no vertex lies on another if that can be helped. Where mending is yet to be
+// finished, one to aim by, if it is good enough for that. bytes: the target
 Trial code_soundly(const Job& m, Sampled& s, double bytes, Stopwatch& watch) {
-  Trial t = code(m, s, true, watch);
+  if (!s.finished) {
+    Trial t = code(m, s, Care::kToAim, watch);
+    if (!(bytes == 0 && t.error > 0)) measure(m, t, watch);
+    return t;
+  }
+  Trial t = code(m, s, Care::kAll, watch);
   if (t.coincident > 0) {
     mend(m, s, {0, 0}, watch);
-    t = code(m, s, true, watch);
+    t = code(m, s, Care::kAll, watch);
   }
   const bool is_far = bytes == 0 && t.error > 0 && std::fabs(excess(t, m.options, bytes)) > kFar;
   if (!is_far) measure(m, t, watch);
@@ -33,10 +39,10 @@ std::vector<uint8_t> unquantised(const Job& m, Sampled& s, Stopwatch& watch) {
   s.placement.trade = 0;
   s.quantised = {};
   s.placement.coefficient_bytes = SIZE_MAX;
-  return code(m, s, true, watch).stream;
+  return code(m, s, Care::kAll, watch).stream;
 }
 
-// The thorough trial of these patches with the step, or of bisk the cut, that just keeps within the target.
+// The trial of these patches with the step, or of bisk the cut, that just keeps within the target.
 // Masks are mended for each: their error jumps by a percent, which Steiner points take up.
 //   off  by how much these patches with this step miss the target, as far as the search knows
 //   met  whether any trial met the target; then also whether this one does

@@ -69,15 +69,15 @@ void mend(const Job& m, Sampled& s, const MendRounds& most, Stopwatch& watch) {
   watch.lap("mend");
 }
 
-Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch) {
+Trial code(const Job& m, Sampled& s, Care care, Stopwatch& watch) {
   Trial trial;
   const StreamParts parts = code_stream(s.patches, s.placement, s.quantised);
   watch.lap("code");
-  FoundSeams found = find_seams(parts, s.patches, seams_input(m, s.known), thorough);
+  FoundSeams found = find_seams(parts, s.patches, seams_input(m, s.known), care);
   trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
   trial.error = found.error / kLatticeDiagonal;
-  if (thorough) trial.coincident = count_coincident(trial.mesh);
+  if (care == Care::kAll) trial.coincident = count_coincident(trial.mesh);
   trial.stream = assemble(
       parts,
       {parts.boundary_nodes, uint32_t(trial.mesh.positions.size()), uint32_t(trial.mesh.triangles.size())},

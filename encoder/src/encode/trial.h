@@ -25,7 +25,7 @@ struct Trial {
   std::vector<uint8_t> stream, unquantised;
   TriangleMesh mesh;      // what it decodes to
   double error = 0;       // of that, fraction of the diagonal; see measure and measure_roughly
-  bool measured = false;  // else that is known about, if thorough; 0: not at all
+  bool measured = false;  // else that is known about, with enough care; 0: not at all
   Topology topology;      // of that
   size_t coincident = 0;  // vertices of that at another one's place; known of last words
   std::vector<int> patch_number;
@@ -43,8 +43,8 @@ Sampled sample(const Job& m, double lambda, Stopwatch& watch, double density = 0
 // See mend_masks.
 void mend(const Job& m, Sampled& s, const MendRounds& most, Stopwatch& watch);
 
-// Its error is not measured. thorough: the last word on a stream, see find_seams.
-Trial code(const Job& m, Sampled& s, bool thorough, Stopwatch& watch);
+// Its error is not measured.
+Trial code(const Job& m, Sampled& s, Care care, Stopwatch& watch);
 
 void measure(const Job& m, Trial& trial, Stopwatch& watch);
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "points/kd_tree.h"
 #include "seams/folds.h"
 #include "surface/weld.h"
 
@@ -17,53 +18,38 @@ constexpr double kBridgeGain = 4;      // a piece is left away if that errs so m
 constexpr size_t kMostBridged = 1024;  // pixels of such a piece, fewer
 constexpr size_t kTinyPixels = 8;      // a piece as small as this is not made smaller
 
-// The area of the surface that each of these pixels stands for: a third of its triangles, of those over gaps
-// if they lie along the surface.
-std::vector<double> area_of_pixels(const DecodedMesh& decoded, const Ground& ground, const GapError& error,
-                                   const std::vector<char>& these) {
-  std::vector<double> area(ground.pixel.size(), 0);
-  const size_t first = decoded.patch_triangles();
-  auto is_of_these = [&](uint32_t v) { return v < these.size() && these[v]; };
-  for (size_t t = 0; t < decoded.mesh.triangles.size(); t++) {
-    const auto& c = decoded.mesh.triangles[t];
-    if (std::none_of(c.begin(), c.end(), is_of_these)) continue;
-    double size;
-    if (t < first) {
-      const Vec3 p = ground.lattice(decoded.mesh.positions[c[0]]);
-      size = (ground.lattice(decoded.mesh.positions[c[1]]) - p)
-                 .cross(ground.lattice(decoded.mesh.positions[c[2]]) - p)
-                 .norm() /
-             2;
-    } else {
-      size = error.triangle[t - first].area;
-    }
-    for (uint32_t v : c)
-      if (is_of_these(v) &&
-          (t < first || error.triangle[t - first].squared < ground.spacing[v] * ground.spacing[v] / 4))
-        area[v] += size / 3;
-  }
-  return area;
-}
-
-// Squared distance times area by which the surface is farther away without these pixels.
-double loss_without(const DecodedMesh& decoded, const Ground& ground, const std::vector<double>& area,
-                    const std::vector<uint32_t>& pixels, const std::vector<char>& among) {
+// Squared distance times area by which the surface is farther away without these pixels: where one of them is
+// the nearest. among: those and all others that are not there.
+double loss_without(const DecodedMesh& decoded, const Ground& ground, const std::vector<uint32_t>& pixels,
+                    const std::vector<char>& among) {
+  const Surface& s = ground.surface;
+  auto place = [&](uint32_t v) { return ground.lattice(decoded.mesh.positions[v]); };
+  std::vector<Vec3> own, others;
   Eigen::AlignedBox3d box;
-  for (uint32_t v : pixels) box.extend(ground.lattice(decoded.mesh.positions[v]));
+  for (uint32_t v : pixels) own.push_back(place(v)), box.extend(own.back());
   const Vec3 reach = Vec3::Constant(box.diagonal().norm() + kFarStray * ground.spacing[pixels[0]]);
   box = Eigen::AlignedBox3d(box.min() - reach, box.max() + reach);
-  std::vector<Vec3> others;
-  for (uint32_t v = 0; v < ground.pixel.size(); v++) {
-    const Vec3 p = ground.lattice(decoded.mesh.positions[v]);
-    if (!among[v] && box.contains(p)) others.push_back(p);
-  }
+  for (uint32_t v = 0; v < ground.pixel.size(); v++)
+    if (!among[v] && box.contains(place(v))) others.push_back(place(v));
+  const KdTree near(own), rest(others);
+  std::vector<Neighbour> found;
+  auto square_to = [&](const KdTree& tree, const Vec3& p) {
+    tree.nearest(p, 1, found);
+    return found.empty() ? reach.squaredNorm() / 3 : found[0].squared;
+  };
+  std::set<int> seen;
+  std::vector<int> faces;
+  for (uint32_t v : pixels)
+    if (seen.insert(ground.face[v]).second) faces.push_back(ground.face[v]);
   double loss = 0;
-  for (uint32_t v : pixels) {
-    const Vec3 p = ground.lattice(decoded.mesh.positions[v]);
-    double least = reach.squaredNorm() / 3;
-    for (const Vec3& q : others) least = std::min(least, (p - q).squaredNorm());
-    const double away = std::max(0.0, std::sqrt(least) - ground.spacing[v] / 2);
-    loss += area[v] * away * away;
+  for (size_t i = 0; i < faces.size(); i++) {
+    const Vec3 p = middle_of(s, faces[i]);
+    const double square = square_to(rest, p);
+    if (square_to(near, p) >= square) continue;
+    const double away = std::max(0.0, std::sqrt(square) - ground.spacing[pixels[0]] / 2);
+    loss += s.areas[size_t(faces[i])] * away * away;
+    for (int g : s.adjacent[size_t(faces[i])])
+      if (g >= 0 && seen.insert(g).second) faces.push_back(g);
   }
   return loss;
 }
@@ -72,7 +58,7 @@ using Members = std::map<int, std::vector<uint32_t>>;  // pixels of a group
 
 // Small pieces that no link could join to the largest of their component.
 void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces& pieces,
-                 const GapError& error, std::vector<char>& unwanted, double& lost) {
+                 std::vector<char>& unwanted, double& lost) {
   std::vector<int> part;
   join_across_gaps(decoded, pieces.part, int(pieces.group.size()), &part);
   std::vector<int> main(pieces.main.size(),
@@ -87,8 +73,7 @@ void mark_strays(const DecodedMesh& decoded, const Ground& ground, const Pieces&
     if (part[v] != main[size_t(pieces.component[group(v)])] && pieces.pixels[group(v)] < kStrayPixels)
       strays[int(group(v))].push_back(v), unwanted[v] = 1;
   if (strays.empty()) return;
-  const std::vector<double> area = area_of_pixels(decoded, ground, error, unwanted);
-  for (const auto& [g, pixels] : strays) lost += loss_without(decoded, ground, area, pixels, unwanted);
+  for (const auto& [g, pixels] : strays) lost += loss_without(decoded, ground, pixels, unwanted);
 }
 
 using ErrorOfGroup = std::map<int, double>;
@@ -118,12 +103,10 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
   const ErrorOfGroup bridges = errors_along(decoded, pieces, error);
   if (bridges.empty()) return;
   Members members;
-  std::vector<char> is_member(unwanted.size(), 0);
   for (uint32_t v = 0; v < unwanted.size(); v++) {
     const int group = pieces.group[size_t(pieces.part[v])];
-    if (bridges.count(group)) members[group].push_back(v), is_member[v] = 1;
+    if (bridges.count(group)) members[group].push_back(v);
   }
-  const std::vector<double> area = area_of_pixels(decoded, ground, error, is_member);
   std::vector<std::pair<size_t, int>> order;
   for (const auto& [group, pixels] : members) order.push_back({pixels.size(), group});
   std::sort(order.begin(), order.end());
@@ -131,7 +114,7 @@ void mark_bridged(const DecodedMesh& decoded, const Ground& ground, const Pieces
   for (const auto& [size, group] : order) {
     const std::vector<uint32_t>& pixels = members[group];
     for (uint32_t v : pixels) away[v] = 1;
-    const double loss = loss_without(decoded, ground, area, pixels, away);
+    const double loss = loss_without(decoded, ground, pixels, away);
     const bool better = kBridgeGain * loss < bridges.at(group);
     if (better) lost += loss;
     for (uint32_t v : pixels) (better ? unwanted : away)[v] = better;
@@ -221,7 +204,7 @@ UnwantedPixels unwanted_pixels(const DecodedMesh& decoded, const Ground& ground,
   faults.coincident = mark_coincident(decoded, ground, needful);
   for (size_t v = 0; v < wished.size(); v++)
     if (pieces.pixels[size_t(pieces.group[size_t(pieces.part[v])])] < kTinyPixels) wished[v] = needful[v] = 0;
-  mark_strays(decoded, ground, pieces, error, needful, faults.lost);
+  mark_strays(decoded, ground, pieces, needful, faults.lost);
   mark_bridged(decoded, ground, pieces, error, needful, faults.lost);
   UnwantedPixels unwanted;
   for (uint32_t v = 0; v < wished.size(); v++)

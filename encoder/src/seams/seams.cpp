@@ -202,19 +202,18 @@ class FaceTrials {
 }  // namespace
 
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
-                      const SeamsInput& input, bool thorough) {
+                      const SeamsInput& input, Care care) {
   const SeamContext in(parts, decoded_patches(parts), patches, input);
   const std::vector<uint32_t> dropped = wrong_links(in.plain, in.ground, in.known.links);
   Attempt best = with_links(in, dropped, pieces_of(in, dropped));
   add_handles(in, best);
-  double error = 0;
-  if (thorough) {
-    FaceTrials(in, best).run();
+  if (care != Care::kLittle) FaceTrials(in, best).run();
+  if (care == Care::kAll) {
     unfold(in, best);
     if (!in.closed()) adjust_holes(in, best);
     add_tubes(in, best);
-    error = add_steiner_points(in, best);
   }
+  const double error = care == Care::kLittle ? 0 : add_steiner_points(in, best);
   return {std::move(best.seams), std::move(best.decoded.mesh), best.topology, error};
 }
 

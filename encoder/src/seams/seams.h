@@ -40,11 +40,15 @@ struct FoundSeams {
   double error;       // of that, about, see add_steiner_points; 0: not known
 };
 
+// How much trouble is taken over seams: little; so much that it is known about what all of it would make of
+// the error; all of it.
+enum class Care { kLittle, kToAim, kAll };
+
 // Finds the seams with which `parts` decodes to the surface: its holes open, its gaps closed, its handles
-// made. thorough: also tries links and holes that one cannot be sure of, leaves links out that fold, and adds
-// tubes and Steiner points.
+// made. To aim, tries links that one cannot be sure of, too, and adds Steiner points; with all care also
+// tries holes likewise, leaves links out that fold, and adds tubes.
 FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& patches,
-                      const SeamsInput& input, bool thorough);
+                      const SeamsInput& input, Care care);
 
 // So many times masks are looked at, at most, and so many times more where there are more than a few folds.
 struct MendRounds {
@@ -52,8 +56,8 @@ struct MendRounds {
 };
 
 // Decodes and takes out of the masks what spoils the seams, time and again, and puts back what did no good;
-// then takes out what must not stay. See unwanted_pixels. Returns false if rounds for folds were left out that
-// would do some good.
+// then takes out what must not stay. See unwanted_pixels. Returns false if rounds for folds were left out
+// that would do some good.
 bool mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placement, const SeamsInput& input,
                 const MendRounds& most, std::vector<int>& patch_number, std::list<CleanedPatch>& storage,
                 QuantisedImages& quantised);
