@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "seams/keys.h"
+
 namespace relief {
 namespace {
 
@@ -34,13 +36,26 @@ std::vector<std::vector<uint32_t>> missing_handles(const SeamContext& in, const 
   return groups;
 }
 
+// A link by the pixels at its ends.
+uint64_t key_of(const SeamContext& in, const std::array<uint32_t, 2>& link) {
+  uint64_t key = 0;
+  for (uint32_t node : link) {
+    const Pixel& p = in.ground.pixel[in.plain.nodes[node]];
+    key = mixed(key ^ (uint64_t(p.patch) << 32 | p.index));
+  }
+  return key;
+}
+
 }  // namespace
 
 // Makes the handles of the surface. One that is not made leaves out all links across a gap: where a group of
 // neighbours was left out, one of them may make a handle. That was right if most of the others are let in
 // after it.
 void add_handles(const SeamContext& in, Attempt& best) {
-  std::vector<char> vain(in.plain.links.size(), 0);
+  const auto& links = in.plain.links;
+  std::vector<char> vain(links.size(), 0);
+  for (uint32_t l = 0; l < links.size(); l++)
+    vain[l] = best.decoded.kind[l] == LinkKind::kRefused && in.known.vain_handles.count(key_of(in, links[l]));
   auto with_handles = [&](std::vector<uint32_t> handles) {
     return open_holes(in, {best.seams.dropped_links, std::move(handles), best.seams.added_links, {}, {}, {}});
   };
@@ -50,7 +65,7 @@ void add_handles(const SeamContext& in, Attempt& best) {
     if (groups.empty()) return;
     std::vector<uint32_t> handles = best.seams.handles;
     for (const auto& group : groups) handles.push_back(group[group.size() / 2]);
-    const Attempt tried = with_handles(handles);
+    Attempt tried = with_handles(handles);
     // those that made none were let in after another: they are in without being asked for
     std::erase_if(handles, [&](uint32_t link) { return tried.decoded.kind[link] != LinkKind::kMade; });
     const size_t made = handles.size();
@@ -60,13 +75,15 @@ void add_handles(const SeamContext& in, Attempt& best) {
       });
       if (size_t(left) * 2 <= group.size()) continue;
       std::erase(handles, group[group.size() / 2]);
-      for (uint32_t link : group) vain[link] = 1;
+      for (uint32_t link : group) vain[link] = 1, in.known.vain_handles.insert(key_of(in, links[link]));
     }
     const bool all = made == handles.size() && tried.seams.handles.size() == made;
+    if (!all) in.spare = std::move(tried.decoded);
     if (handles.size() <= best.seams.handles.size()) continue;
-    Attempt a = all ? tried : with_handles(std::move(handles));
+    Attempt a = all ? std::move(tried) : with_handles(std::move(handles));
     if (a.mismatch >= best.mismatch) return;
-    best = std::move(a);
+    std::swap(best, a);
+    in.spare = std::move(a.decoded);
   }
 }
 

@@ -1,6 +1,8 @@
 // What the encoder learns by decoding its own stream: which faces between patches are real holes of the
 // surface, which links between patches are wrong or missing, and which pixels spoil the seams.
 #pragma once
+#include <unordered_set>
+
 #include "measure/surface_error.h"
 #include "measure/topology.h"
 #include "resample/cliffs.h"
@@ -18,6 +20,7 @@ using SamplesWithSurface = std::function<MutualSamples(const TriangleMesh&)>;
 struct Known {
   KnownTriangles triangles;
   KnownLinks links;
+  std::unordered_set<uint64_t> vain_handles;  // links, by their pixels, that let no others in
 };
 
 struct SeamsInput {
