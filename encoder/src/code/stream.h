@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "code/forward_wavelet.h"
@@ -56,6 +57,10 @@ class QuantisedImages {
     Entry& e = images_[image];
     if (e.step != step) e = {step, {}};
     return e.q;
+  }
+  // Forgets images that are no more.
+  void keep(const std::set<const WaveletImage*>& images) {
+    std::erase_if(images_, [&](const auto& entry) { return images.count(entry.first) == 0; });
   }
   // What the coder's models were in the end when the images were coded last; null before that.
   std::unique_ptr<CoefficientModels> learned;

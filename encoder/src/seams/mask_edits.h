@@ -18,6 +18,8 @@ class MaskEdits {
   // storage: keeps what patches() points to
   MaskEdits(const std::vector<CodedPatch>& whole, std::list<CleanedPatch>& storage);
 
+  // The patches as they were.
+  const std::vector<CodedPatch>& whole() const { return whole_; }
   // Patches that lose every pixel are not there.
   const std::vector<CodedPatch>& patches() const { return patches_; }
   // Of each patch as it was: its number in patches(), or -1.
