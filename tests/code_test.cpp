@@ -987,7 +987,6 @@ Built build(std::vector<Picture> pictures, Random& random) {
 // of them are others than before.
 TEST(Stream, PatchesMeshedAloneAreThoseOfTheDecoder) {
   Random random(23);
-  MeshedPatches meshed;
   int compared = 0;
   for (int round = 0; round < 30; round++) {
     std::vector<Picture> pictures;
@@ -1001,6 +1000,7 @@ TEST(Stream, PatchesMeshedAloneAreThoseOfTheDecoder) {
       p.header.step_index = int32_t(random() % 5) - 2, p.header.spacing_index = int32_t(random() % 3);
       p.header.u = int32_t(random() % 200) - 100, p.header.z0 = int32_t(random() % 50) - 25;
     }
+    MeshedPatches meshed;
     const std::vector<CodedPatch> some(b.patches.begin() + 1, b.patches.end());
     for (const auto& patches : {b.patches, some}) {
       const StreamParts parts = code_stream(patches, b.placement, b.quantised);

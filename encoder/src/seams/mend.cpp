@@ -86,11 +86,12 @@ std::vector<Cluster> clusters_of(const SeamContext& in, const std::vector<uint32
 
 // Forgets the images that none of these patches has.
 void keep_images(std::initializer_list<const std::vector<CodedPatch>*> lists,
-                 std::list<CleanedPatch>& storage, QuantisedImages& quantised) {
+                 std::list<CleanedPatch>& storage, QuantisedImages& quantised, MeshedPatches& meshed) {
   std::set<const WaveletImage*> used;
   for (const auto* patches : lists)
     for (const CodedPatch& p : *patches) used.insert(p.image);
   quantised.keep(used);
+  meshed.keep(used);
   storage.remove_if([&](const CleanedPatch& c) { return used.count(&c.image) == 0; });
 }
 
@@ -167,12 +168,12 @@ bool mend_masks(std::vector<CodedPatch>& patches, const StreamPlacement& placeme
     for (uint32_t v : wished) edits.take_out(edits.whole_pixel(in.ground.pixel[v]));
     for (uint32_t v : unwanted.needful) edits.take_out(edits.whole_pixel(in.ground.pixel[v]));
     if (!edits.apply()) break;
-    keep_images({&edits.whole(), &edits.patches(), &best.patches}, storage, quantised);
+    keep_images({&edits.whole(), &edits.patches(), &best.patches}, storage, quantised, meshed);
   }
   for (int& n : patch_number)
     if (n >= 0) n = best.number[size_t(n)];
   patches = std::move(best.patches);
-  keep_images({&patches}, storage, quantised);
+  keep_images({&patches}, storage, quantised, meshed);
   return best.folds <= kFewFolds || most.for_folds > 0;
 }
 

@@ -23,6 +23,11 @@ class MeshedPatches {
   std::vector<const MeshedPatch*> of(const std::vector<CodedPatch>& patches, const StreamPlacement& placement,
                                      QuantisedImages& known);
 
+  // Forgets images that are no more.
+  void keep(const std::set<const WaveletImage*>& images) {
+    std::erase_if(patches_, [&](const auto& entry) { return images.count(entry.first) == 0; });
+  }
+
  private:
   struct Entry {
     float step;
