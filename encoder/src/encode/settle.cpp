@@ -66,8 +66,9 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
     else if (i > 0)
       s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
     if (i > 0) s.known = {};  // another step moves all vertices
-    if (std::fabs(x - mended_x) > kSame || (i > 0 && !s.finished))
-      mend(m, s, i == 0 && met ? kHasty : kThorough, watch), mended_x = x;
+    const bool hasty = i == 0 && met;  // another trial may follow
+    if (std::fabs(x - mended_x) > kSame || (!hasty && !s.finished))
+      mend(m, s, hasty ? kHasty : kThorough, watch), mended_x = x;
     Trial t = code_soundly(m, s, bytes, watch);
     if (bisk) x = std::log(double(std::max<size_t>(1, t.coefficient_bytes)));
     const double y = excess(t, m.options, bytes);
