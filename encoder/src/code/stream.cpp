@@ -96,15 +96,22 @@ std::unique_ptr<CoefficientModels> code_quantised(Coder& coder, const std::vecto
   return models;
 }
 
+std::vector<QuantisedImage> entries_of(const std::vector<const WaveletImage*>& images,
+                                       const std::vector<float>& step, QuantisedImages& known) {
+  std::vector<QuantisedImage> all;
+  for (size_t i = 0; i < images.size(); i++)
+    all.push_back({images[i], step[i], &known.of(images[i], step[i])});
+  return all;
+}
+
 // Quantises those that are not known yet. Returns all.
 std::vector<QuantisedImage> quantise_images(const std::vector<const WaveletImage*>& images,
                                             const std::vector<float>& step, float trade,
                                             QuantisedImages& known) {
-  std::vector<QuantisedImage> all, fresh;
-  for (size_t i = 0; i < images.size(); i++) {
-    all.push_back({images[i], step[i], &known.of(images[i], step[i])});
-    if (all.back().q->empty()) fresh.push_back(all.back());
-  }
+  const std::vector<QuantisedImage> all = entries_of(images, step, known);
+  std::vector<QuantisedImage> fresh;
+  for (const QuantisedImage& i : all)
+    if (i.q->empty()) fresh.push_back(i);
   auto quantise = [&] {
     tbb::parallel_for(size_t(0), fresh.size(),
                       [&](size_t i) { quantise_image(fresh[i], trade, *known.learned); });
@@ -140,13 +147,9 @@ void quantise(const std::vector<CodedPatch>& patches, const StreamPlacement& pla
 }
 
 void learn(const std::vector<CodedPatch>& patches, const StreamPlacement& placement, QuantisedImages& known) {
-  std::vector<QuantisedImage> all;
-  for (const CodedPatch& p : patches) {
-    const float step = step_of(placement, p.header);
-    all.push_back({p.image, step, &known.of(p.image, step)});
-  }
   CountingCoder counter;
-  known.learned = code_quantised(counter, all);
+  known.learned =
+      code_quantised(counter, entries_of(images_of(patches), steps_of(patches, placement), known));
 }
 
 uint32_t count_boundary_nodes(const uint8_t* mask, uint32_t width, uint32_t height) {

@@ -18,18 +18,14 @@ constexpr double kFar = 0.012;  // farther from the target the error need not be
 // A trial with all care; no vertex lies on another if that can be helped. Where mending is yet to be
 // finished, one to aim by, if it is good enough for that. bytes: the target
 Trial code_soundly(const Job& m, Sampled& s, double bytes, Stopwatch& watch) {
-  if (!s.finished) {
-    Trial t = code(m, s, Care::kToAim, watch);
-    if (!(bytes == 0 && t.error > 0)) measure(m, t, watch);
-    return t;
-  }
-  Trial t = code(m, s, Care::kAll, watch);
+  Trial t = code(m, s, s.finished ? Care::kAll : Care::kToAim, watch);
   if (t.coincident > 0) {
     mend(m, s, {0, 0}, watch);
     t = code(m, s, Care::kAll, watch);
   }
-  const bool is_far = bytes == 0 && t.error > 0 && std::fabs(excess(t, m.options, bytes)) > kFar;
-  if (!is_far) measure(m, t, watch);
+  const bool known_about = bytes == 0 && t.error > 0;
+  const bool will_do = !s.finished || std::fabs(excess(t, m.options, bytes)) > kFar;
+  if (!(known_about && will_do)) measure(m, t, watch);
   return t;
 }
 
@@ -65,7 +61,7 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
       s.placement.step = float(std::clamp(std::exp(x), finest, kMostStep));
     else if (i > 0)
       s.placement.coefficient_bytes = std::max<size_t>(1, size_t(std::exp(x)));
-    if (i > 0) s.known = {};  // another step moves all vertices
+    if (i > 0) s.known = {};           // another step moves all vertices
     const bool hasty = i == 0 && met;  // another trial may follow
     if (std::fabs(x - mended_x) > kSame || (!hasty && !s.finished))
       mend(m, s, hasty ? kHasty : kThorough, watch), mended_x = x;
