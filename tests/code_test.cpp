@@ -767,9 +767,11 @@ struct BiskPatches {
     BiskState state;
     std::vector<BiskPatch> at(coded.size());
     std::vector<BiskSet> sets(pixels);
-    const BiskPlanes planes = {
-        headers.data(), uint32_t(headers.size()), begin.data(), mask.data(), q.data(), &state, at.data(),
-        sets.data()};
+    const BiskPlanes planes = {headers.data(), uint32_t(headers.size()),
+                               begin.data(),   begin.data(),
+                               mask.data(),    q.data(),
+                               &state,         at.data(),
+                               sets.data()};
     const HeapBlock exact(bytes.data(), size);
     RangeDecoder coder(exact.data(), size, false);
     start_bisk(planes);

@@ -14,7 +14,7 @@ void decode_colours(const uint8_t* data, const Parsed& parsed, const Planes& hei
   size_t at = parsed.colours_begin, left = parsed.colour_bytes;
   for (int c = 0; c < kChannels; c++) {
     planes.q = colours.q[c];
-    memset(planes.q, 0, parsed.totals.planes * sizeof(*planes.q));
+    memset(planes.q, 0, parsed.totals.coded * sizeof(*planes.q));
     const size_t wanted = parsed.header.colour_bytes[c], here = wanted < left ? wanted : left;
     start_coefficients(planes);
     continue_coefficients(data + at, here, here < wanted, planes, leaves);
@@ -28,7 +28,7 @@ void make_colour_images(const Parsed& parsed, const Planes& heights, uint32_t i,
   const Band& low = p.low[parsed.level];
   for (int c = 0; c < kChannels; c++) {
     const float* const value =
-        inverse_wavelet(p, colours.q[c] + heights.begin[i], heights.mask + heights.begin[i],
+        inverse_wavelet(p, colours.q[c] + heights.coded_begin[i], heights.mask + heights.begin[i],
                         colour_step(parsed.header, c), scratch, leaves, parsed.level);
     for (size_t k = 0; k < size_t(low.width) * low.height; k++) {
       const int32_t v = to_lattice(value[k]);

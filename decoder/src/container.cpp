@@ -104,6 +104,7 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
     const Band& low = pyramid.low[parsed.level];
     t.low_pixels += uint64_t(low.width) * low.height;
     t.planes += pyramid.size;
+    t.coded += pyramid.coded;
     // margins of the bands: some elements a patch beyond a multiple of the pixels
     if (t.pixels > limits.max_pixels || t.planes > uint64_t(limits.max_pixels) * 8 + uint64_t(i + 1) * 640)
       return RELIEF_ERROR_LIMIT;

@@ -92,6 +92,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.patch_count = patches;
   p.level = parsed.level;
   p.begin = a.take<uint64_t>(patches);
+  p.coded_begin = a.take<uint64_t>(patches);
   const bool bisk = parsed.header.flags & kFlagBisk;
   const bool coloured = parsed.header.flags & kFlagColoured;
   p.coefficient_models = bisk && !coloured ? nullptr : a.take<CoefficientModels>(1);
@@ -99,7 +100,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
   p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
   p.bisk_sets = bisk ? a.take<BiskSet>(parsed.header.mask_pixels) : nullptr;
-  p.q = a.take<int32_t>(t.planes);
+  p.q = a.take<int32_t>(t.coded);
   p.mask = a.take<uint8_t>(t.planes);
   w.nodes.allocate(a, nodes);
   const bool points = o.flags & RELIEF_POINTS;
@@ -111,7 +112,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
                                 : a.take<uint32_t>(3 * most.triangles);
   w.smoothing = o.flags & RELIEF_SMOOTH ? a.take<uint32_t>(most.vertices) : nullptr;
   w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
-  for (int c = 0; c < kChannels && coloured; c++) w.colours.q[c] = a.take<int32_t>(t.planes);
+  for (int c = 0; c < kChannels && coloured; c++) w.colours.q[c] = a.take<int32_t>(t.coded);
   // last what is used for one patch after the other, and in its place, after all patches, what gaps take
   const uint64_t begin = a.used, end = begin + 16 + gap_memory_bytes(nodes);
   p.mask_models = a.take<MaskModels>(1);
@@ -150,7 +151,8 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   const float step = float(double(h.step) * quarter_power(patch.step_index));
   uint8_t* const mask = w.planes.mask + w.planes.begin[i];
   if (colors) make_colour_images(open.parsed, w.planes, i, w.colours, w.scratch, leaves);
-  const float* z = inverse_wavelet(p, w.planes.q + w.planes.begin[i], mask, step, w.scratch, leaves, level);
+  const float* z =
+      inverse_wavelet(p, w.planes.q + w.planes.coded_begin[i], mask, step, w.scratch, leaves, level);
   const Band& low = p.low[level];
   if (level > 0) {
     tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
@@ -206,12 +208,13 @@ relief_status read_masks(const uint8_t* data, const relief_options& o, const Wor
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
   const relief_status status = parse_table(table, *o.limits, parsed, w.patches);
   if (status != RELIEF_OK) return status;
-  memset(w.planes.q, 0, parsed.totals.planes * sizeof(*w.planes.q));
+  memset(w.planes.q, 0, parsed.totals.coded * sizeof(*w.planes.q));
   memset(w.planes.mask, 0, parsed.totals.planes);
-  uint64_t offset = 0;
+  uint64_t offset = 0, coded = 0;
   for (uint32_t i = 0; i < h.patch_count; i++) {
-    w.planes.begin[i] = offset;
-    offset += pyramid_of(w.patches[i].width, w.patches[i].height).size;
+    const Pyramid p = pyramid_of(w.patches[i].width, w.patches[i].height);
+    w.planes.begin[i] = offset, w.planes.coded_begin[i] = coded;
+    offset += p.size, coded += p.coded;
   }
   stage_done(Stage::kTable);
   if (decode_masks(table, w.planes, leaves) != h.mask_pixels) return RELIEF_ERROR_CORRUPT;

@@ -125,6 +125,7 @@ struct Band {
 struct Pyramid {
   Band high[kLevels][3];  // HL, LH, HH of each level; 0 is the finest
   Band low[kLevels + 1];  // low[0]: the patch itself; low[l]: the LL of level l - 1
+  size_t coded;           // elements of the planes that are coded, which come first: high and low[kLevels]
   size_t size;            // elements of all planes together
 };
 
@@ -136,15 +137,17 @@ inline Pyramid pyramid_of(uint32_t w, uint32_t h) {
     offset += size_t(b.stride) * (bh + 2 * kMargin);
     return b;
   };
-  p.low[0] = band(w, h);
-  for (int l = 0; l < kLevels; l++) {
-    const uint32_t lw = (w + 1) / 2, lh = (h + 1) / 2;
-    p.high[l][0] = band(w / 2, lh);
-    p.high[l][1] = band(lw, h / 2);
-    p.high[l][2] = band(w / 2, h / 2);
-    p.low[l + 1] = band(lw, lh);
-    w = lw, h = lh;
+  uint32_t lw = w, lh = h;
+  for (auto& high : p.high) {
+    const uint32_t hw = lw / 2, hh = lh / 2;
+    lw -= hw, lh -= hh;
+    high[0] = band(hw, lh);
+    high[1] = band(lw, hh);
+    high[2] = band(hw, hh);
   }
+  p.low[kLevels] = band(lw, lh);
+  p.coded = offset;
+  for (int l = 0; l < kLevels; l++, w = (w + 1) / 2, h = (h + 1) / 2) p.low[l] = band(w, h);
   p.size = offset;
   return p;
 }

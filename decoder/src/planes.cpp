@@ -69,7 +69,7 @@ RELIEF_COLD bool decode_part(RangeDecoder& coder, const Planes& planes, SubbandC
                              const Leaves& leaves) {
   const PatchHeader& patch = planes.patches[at.patch];
   const Pyramid p = pyramid_of(patch.width, patch.height);
-  int32_t* const q = planes.q + planes.begin[at.patch];
+  int32_t* const q = planes.q + planes.coded_begin[at.patch];
   const uint8_t* const mask = planes.mask + planes.begin[at.patch];
   if (at.level < kLevels)
     return code_band<RangeDecoder, SubbandCheckpoints&>(coder, *planes.coefficient_models, p, q, mask,
@@ -93,7 +93,8 @@ RELIEF_COLD void continue_subband(const uint8_t* data, size_t size, bool cut, co
 }
 
 BiskPlanes bisk_planes(const Planes& p) {
-  return {p.patches, p.patch_count, p.begin, p.mask, p.q, p.bisk_state, p.bisk_patches, p.bisk_sets};
+  return {p.patches, p.patch_count, p.begin,        p.coded_begin, p.mask,
+          p.q,       p.bisk_state,  p.bisk_patches, p.bisk_sets};
 }
 
 }  // namespace

@@ -22,9 +22,9 @@ struct SubbandState {
 struct Planes {
   const PatchHeader* patches;
   uint32_t patch_count;
-  int level;        // coefficients of finer ones are left alone
-  uint64_t* begin;  // of each patch's pyramid
-  int32_t* q;
+  int level;                      // coefficients of finer ones are left alone
+  uint64_t *begin, *coded_begin;  // of each patch's pyramid, and of its planes that are coded
+  int32_t* q;                     // only those
   uint8_t* mask;
   MaskModels* mask_models;
   CoefficientModels* coefficient_models;

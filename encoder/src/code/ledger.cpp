@@ -121,9 +121,11 @@ void add_bisk(CountingDecoder& coder, const std::vector<PatchHeader>& headers,
   BiskState state;
   std::vector<BiskPatch> at(patches.size());
   std::vector<BiskSet> sets(pixels);
-  const BiskPlanes planes = {
-      headers.data(), uint32_t(headers.size()), begin.data(), mask.data(), q.data(), &state, at.data(),
-      sets.data()};
+  const BiskPlanes planes = {headers.data(), uint32_t(headers.size()),
+                             begin.data(),   begin.data(),
+                             mask.data(),    q.data(),
+                             &state,         at.data(),
+                             sets.data()};
   start_bisk(planes);
   std::vector<double> of_plane(kMostPlanes, 0), of_patch(patches.size(), 0);
   size_t highest = 0;
