@@ -1,5 +1,6 @@
 // The whole way from a mesh or a point cloud to a stream that meets its target.
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -63,11 +64,13 @@ std::vector<Found> search_partitions(Job& m, const EncodeOptions& asked, double 
         asked.progress(stage, (double(i) + done) / double(n + 1));
       };
     partition(m, watch);
-    found.push_back(search(m, bytes, lambda, watch));
+    const size_t settled = size_t(m.effort.settled);
+    const bool enough = found.size() >= settled && found[settled - 1].met;
+    found.push_back(search(m, bytes, lambda, enough ? found[settled - 1].cost : INFINITY, watch));
     if (i == 0) lambda = found[0].trial.lambda;
     std::stable_sort(found.begin(), found.end(),
                      [](const Found& a, const Found& b) { return a.met != b.met ? a.met : a.cost < b.cost; });
-    if (found.size() > size_t(m.effort.settled + kSpare)) found.pop_back();
+    if (found.size() > settled + kSpare) found.pop_back();
   }
   return found;
 }

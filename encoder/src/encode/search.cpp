@@ -15,6 +15,7 @@ namespace {
 constexpr double kUsualLambda = 0.9;
 constexpr int kMaxTrials = 12;
 constexpr int kPatience = 3;         // trials, after which each may be twice as far from the target
+constexpr double kHopeless = 0.01;   // what more trials gain at most, mostly: of cost
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
 // patch.
@@ -96,8 +97,12 @@ struct Trials {
 // patches miss, which is split off. What was known before is kept, in case that does no good.
 class Search {
  public:
-  Search(Job& m, double bytes, double lambda, Stopwatch& watch)
-      : m_(m), bytes_(bytes), watch_(watch), now_{all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)} {
+  Search(Job& m, double bytes, double lambda, double rival, Stopwatch& watch)
+      : m_(m),
+        bytes_(bytes),
+        rival_(rival),
+        watch_(watch),
+        now_{all_lambdas(m, (bytes > 0 ? -1 : 1) * kUsualSlope)} {
     const double target = bytes > 0 ? 1e-4 : m.options.error;
     const double usual =
         std::log(kUsualLambda) + 4 * std::log(kLatticeDiagonal) + std::log(target) / kUsualSlope;
@@ -112,8 +117,10 @@ class Search {
       Trial t = try_lambda(m_, std::exp(x_), is_split(), watch_);
       const double y = excess(t, m_.options, bytes_);
       const double near = m_.effort.near * std::exp2(std::max(0, i + 1 - kPatience));
-      std::unique_ptr<Patching> others = other_patches(t, y);
+      const bool hopeless = i == 0 && cost(t) > rival_ + kHopeless;
+      std::unique_ptr<Patching> others = hopeless ? nullptr : other_patches(t, y);
       now_.add(std::move(t), x_, y, near);
+      if (hopeless) break;
       if (others) {
         change_patches(std::move(others), y);
         continue;
@@ -170,6 +177,7 @@ class Search {
 
   Job& m_;
   const double bytes_;  // the target; 0: it is one of error
+  const double rival_;
   Stopwatch& watch_;
   double x_;                     // of the next trial
   Trials now_;                   // of the patches at hand
@@ -180,8 +188,8 @@ class Search {
 
 }  // namespace
 
-Found search(Job& m, double bytes, double lambda, Stopwatch& watch) {
-  return Search(m, bytes, lambda, watch).run();
+Found search(Job& m, double bytes, double lambda, double rival, Stopwatch& watch) {
+  return Search(m, bytes, lambda, rival, watch).run();
 }
 
 }  // namespace relief

@@ -16,7 +16,8 @@ struct Found {
 };
 
 // The search with the job's patches, which it takes away. bytes: the target; 0: the options' error. lambda:
-// where to begin; 0: where targets usually lie.
-Found search(Job& m, double bytes, double lambda, Stopwatch& watch);
+// where to begin; 0: where targets usually lie. rival: the cost of other patches; if the first trial tells
+// that these will not do better, it is the only one.
+Found search(Job& m, double bytes, double lambda, double rival, Stopwatch& watch);
 
 }  // namespace relief
