@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "code/quantise.h"
@@ -226,26 +225,21 @@ Allocator::Choice Allocator::choose(double lambda) {
       best += kStride;
       least = cost(p, best, lambda);
     }
-    std::array<double, kFinest + 1> known = {};
-    auto cost_at = [&](int k) {
-      if (k < coarsest || k > finest) return double(INFINITY);
-      if (known[size_t(k)] == 0) known[size_t(k)] = cost(p, k, lambda);
-      return known[size_t(k)];
-    };
+    auto cost_at = [&](int k) { return k < coarsest || k > finest ? INFINITY : cost(p, k, lambda); };
     auto take_if_better = [&](int k, double c) {
       if (c < least) best = k, least = c;
       return best == k;
     };
-    // down the valley on both sides, on the coarser one over small bumps of one stride, and finer than all that
-    // loses much; then half a stride to the lower side
+    // down the valley on both sides, over small bumps of one stride where that is cheap, coarser, and finer
+    // than all that loses much; then half a stride aside
     auto loses = [&](int k) { return k <= finest && candidate(p, k).distortion.lost > least / 2; };
     for (int direction : {-kStride, kStride})
       for (int k = best, misses = 0; misses < 2 || (direction > 0 && loses(k));) {
         const double c = cost_at(k += direction);
         misses = take_if_better(k, c) ? 0 : misses + (direction > 0 || c > kMuchWorse * least ? 2 : 1);
       }
-    const int aside = cost_at(best - kStride) < cost_at(best + kStride) ? best - 1 : best + 1;
-    take_if_better(aside, cost_at(aside));
+    for (int k : {best - 1, best + 1})
+      if (take_if_better(k, cost_at(k))) break;
     start_[p] = best;
   });
   Choice choice;

@@ -132,8 +132,8 @@ void Stopwatch::lap(const char* stage) {
 Effort effort_of(int effort) {
   constexpr Effort kEfforts[] = {{0.3, 0.02, 0, 0, 1, 1, true},      {0.15, 0.02, 1, 0, 1, 1, true},
                                  {0.06, 0.01, 1, 5, 1, 1, true},     {0.03, 0.008, 3, 10, 1, 1, true},
-                                 {0.015, 0.005, 3, 20, 4, 1, true},  {0.015, 0.003, 3, 40, 4, 1, false},
-                                 {0.015, 0.002, 3, 60, 8, 1, false}, {0.015, 0.002, 3, 60, 8, 3, false},
+                                 {0.015, 0.005, 3, 20, 4, 1, true},  {0.015, 0.003, 3, 40, 4, 2, false},
+                                 {0.015, 0.002, 3, 60, 8, 2, false}, {0.015, 0.002, 3, 60, 8, 3, false},
                                  {0.015, 0.002, 3, 60, 16, 4, false}};
   return kEfforts[std::clamp(effort, 1, 9) - 1];
 }

@@ -15,7 +15,7 @@ namespace {
 constexpr double kUsualLambda = 0.9;
 constexpr int kMaxTrials = 12;
 constexpr int kPatience = 3;         // trials, after which each may be twice as far from the target
-constexpr double kHopeless = 0.01;   // what more trials gain at most, mostly: of cost
+constexpr double kHopeless = 0.03;   // what more trials gain at most, mostly: of cost
 constexpr double kNarrowest = 0.01;  // of the bracket, in the logarithm of lambda
 // Steps that are tried, in lattice units at the mean vertex spacing: the format's finest is 1/64 at any
 // patch.
