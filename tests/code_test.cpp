@@ -754,12 +754,12 @@ struct BiskPatches {
   // What a prefix decodes to, patch after patch.
   std::vector<std::vector<int32_t>> decode(const std::vector<uint8_t>& bytes, size_t size) const {
     std::vector<PatchHeader> headers;
-    std::vector<uint64_t> begin;
+    std::vector<PlanesBegin> begin;
     std::vector<uint8_t> mask;
     size_t pixels = 0;
     for (const CodedPatch& c : coded) {
       headers.push_back(c.header);
-      begin.push_back(mask.size());
+      begin.push_back({mask.size(), mask.size()});
       mask.insert(mask.end(), c.image->mask.begin(), c.image->mask.end());
       for (size_t i = 0; i < size_t(c.header.width) * c.header.height; i++) pixels += c.mask[i];
     }
@@ -767,11 +767,9 @@ struct BiskPatches {
     BiskState state;
     std::vector<BiskPatch> at(coded.size());
     std::vector<BiskSet> sets(pixels);
-    const BiskPlanes planes = {headers.data(), uint32_t(headers.size()),
-                               begin.data(),   begin.data(),
-                               mask.data(),    q.data(),
-                               &state,         at.data(),
-                               sets.data()};
+    const BiskPlanes planes = {
+        headers.data(), uint32_t(headers.size()), begin.data(), mask.data(), q.data(), &state, at.data(),
+        sets.data()};
     const HeapBlock exact(bytes.data(), size);
     RangeDecoder coder(exact.data(), size, false);
     start_bisk(planes);
@@ -779,8 +777,8 @@ struct BiskPatches {
     }
     std::vector<std::vector<int32_t>> all;
     for (size_t i = 0; i < coded.size(); i++)
-      all.emplace_back(q.begin() + ptrdiff_t(begin[i]),
-                       q.begin() + ptrdiff_t(begin[i] + coded[i].image->pyramid.size));
+      all.emplace_back(q.begin() + ptrdiff_t(begin[i].q),
+                       q.begin() + ptrdiff_t(begin[i].q + coded[i].image->pyramid.size));
     return all;
   }
 

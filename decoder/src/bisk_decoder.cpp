@@ -15,7 +15,7 @@ RELIEF_COLD void start_bisk(const BiskPlanes& planes) {
     patch.first_set = pixels;
     patch.plane = -1;
     const Pyramid p = pyramid_of(planes.headers[i].width, planes.headers[i].height);
-    pixels += start_patch(p, planes.mask + planes.begin[i], planes.sets + pixels, patch);
+    pixels += start_patch(p, planes.mask + planes.begin[i].mask, planes.sets + pixels, patch);
   }
 }
 

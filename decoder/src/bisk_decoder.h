@@ -20,7 +20,7 @@ struct BiskState {
 struct BiskPlanes {
   const PatchHeader* headers;
   uint32_t count;
-  const uint64_t *begin, *coded_begin;
+  const PlanesBegin* begin;
   const uint8_t* mask;
   int32_t* q;
   BiskState* state;
@@ -38,7 +38,7 @@ void continue_bisk(const uint8_t* data, size_t size, const BiskPlanes& planes);
 template <class Coder>
 bool run_bisk_pass(Coder& coder, const BiskPlanes& planes, BiskState& s, BiskPatch& patch) {
   const Pyramid p = pyramid_of(planes.headers[s.patch].width, planes.headers[s.patch].height);
-  const BiskImage image = {p, planes.mask + planes.begin[s.patch], planes.q + planes.coded_begin[s.patch],
+  const BiskImage image = {p, planes.mask + planes.begin[s.patch].mask, planes.q + planes.begin[s.patch].q,
                            nullptr};
   BiskSet* const sets = planes.sets + patch.first_set;
   while (coder.left() >= kStepBytes) {

@@ -28,7 +28,7 @@ void make_colour_images(const Parsed& parsed, const Planes& heights, uint32_t i,
   const Band& low = p.low[parsed.level];
   for (int c = 0; c < kChannels; c++) {
     const float* const value =
-        inverse_wavelet(p, colours.q[c] + heights.coded_begin[i], heights.mask + heights.begin[i],
+        inverse_wavelet(p, colours.q[c] + heights.begin[i].q, heights.mask + heights.begin[i].mask,
                         colour_step(parsed.header, c), scratch, leaves, parsed.level);
     for (size_t k = 0; k < size_t(low.width) * low.height; k++) {
       const int32_t v = to_lattice(value[k]);

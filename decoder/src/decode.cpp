@@ -91,8 +91,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.patches = w.patches;
   p.patch_count = patches;
   p.level = parsed.level;
-  p.begin = a.take<uint64_t>(patches);
-  p.coded_begin = a.take<uint64_t>(patches);
+  p.begin = a.take<PlanesBegin>(patches);
   const bool bisk = parsed.header.flags & kFlagBisk;
   const bool coloured = parsed.header.flags & kFlagColoured;
   p.coefficient_models = bisk && !coloured ? nullptr : a.take<CoefficientModels>(1);
@@ -149,10 +148,9 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   const PatchHeader& patch = w.patches[i];
   const Pyramid p = pyramid_of(patch.width, patch.height);
   const float step = float(double(h.step) * quarter_power(patch.step_index));
-  uint8_t* const mask = w.planes.mask + w.planes.begin[i];
+  uint8_t* const mask = w.planes.mask + w.planes.begin[i].mask;
   if (colors) make_colour_images(open.parsed, w.planes, i, w.colours, w.scratch, leaves);
-  const float* z =
-      inverse_wavelet(p, w.planes.q + w.planes.coded_begin[i], mask, step, w.scratch, leaves, level);
+  const float* z = inverse_wavelet(p, w.planes.q + w.planes.begin[i].q, mask, step, w.scratch, leaves, level);
   const Band& low = p.low[level];
   if (level > 0) {
     tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
@@ -210,12 +208,6 @@ relief_status read_masks(const uint8_t* data, const relief_options& o, const Wor
   if (status != RELIEF_OK) return status;
   memset(w.planes.q, 0, parsed.totals.coded * sizeof(*w.planes.q));
   memset(w.planes.mask, 0, parsed.totals.planes);
-  uint64_t offset = 0, coded = 0;
-  for (uint32_t i = 0; i < h.patch_count; i++) {
-    const Pyramid p = pyramid_of(w.patches[i].width, w.patches[i].height);
-    w.planes.begin[i] = offset, w.planes.coded_begin[i] = coded;
-    offset += p.size, coded += p.coded;
-  }
   stage_done(Stage::kTable);
   if (decode_masks(table, w.planes, leaves) != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
   stage_done(Stage::kMasks);
@@ -337,7 +329,7 @@ uint64_t hash_of(const uint8_t* data, size_t size) {
 // What a mesh of a coarser level did to the masks of a level is undone by making them again.
 void restore_masks(const Workspace& w, const Leaves& leaves) {
   for (uint32_t i = 0; i < w.planes.patch_count; i++)
-    build_masks(pyramid_of(w.patches[i].width, w.patches[i].height), w.planes.mask + w.planes.begin[i],
+    build_masks(pyramid_of(w.patches[i].width, w.patches[i].height), w.planes.mask + w.planes.begin[i].mask,
                 w.planes.mask_scratch, leaves);
 }
 

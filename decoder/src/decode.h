@@ -15,9 +15,9 @@ struct OpenPatches {
   uint32_t components;  // connected pieces of patches
   int32_t spacing;      // the largest, lattice units
   const PatchHeader* patches;
-  const uint64_t* begin;  // of each patch's pyramid
-  const uint8_t* mask;    // planes of the pyramids
-  void* gap_memory;     // for close_gaps
+  const PlanesBegin* begin;  // of each patch's pyramid
+  const uint8_t* mask;       // planes of the pyramids
+  void* gap_memory;          // for close_gaps
 };
 
 // The first part of relief_decode. The encoder then closes the gaps with as many seams as it likes to try.

@@ -129,25 +129,29 @@ struct Pyramid {
   size_t size;            // elements of all planes together
 };
 
+// Where a patch's planes begin among those of all patches: its masks, and its coefficients.
+struct PlanesBegin {
+  size_t mask, q;
+};
+
 inline Pyramid pyramid_of(uint32_t w, uint32_t h) {
   Pyramid p;
   size_t offset = 0;
-  auto band = [&](uint32_t bw, uint32_t bh) {
-    Band b = {bw, bh, bw + 2 * kMargin, offset};
-    offset += size_t(b.stride) * (bh + 2 * kMargin);
-    return b;
+  auto place = [&offset](Band& b, uint32_t width, uint32_t height) {
+    b = {width, height, width + 2 * kMargin, offset};
+    offset += size_t(b.stride) * (height + 2 * kMargin);
   };
-  uint32_t lw = w, lh = h;
-  for (auto& high : p.high) {
-    const uint32_t hw = lw / 2, hh = lh / 2;
-    lw -= hw, lh -= hh;
-    high[0] = band(hw, lh);
-    high[1] = band(lw, hh);
-    high[2] = band(hw, hh);
+  // each time rounded up
+  auto halve = [](uint32_t v, int times) { return (v + (1u << times) - 1) >> times; };
+  for (int l = 0; l < kLevels; l++)
+    for (int type = 0; type < 3; type++) {
+      const uint32_t lw = halve(w, l), lh = halve(h, l);
+      place(p.high[l][type], (lw + type % 2) / 2, (lh + (type == 0)) / 2);
+    }
+  for (int l = kLevels; l >= 0; l--) {
+    place(p.low[l], halve(w, l), halve(h, l));
+    if (l == kLevels) p.coded = offset;
   }
-  p.low[kLevels] = band(lw, lh);
-  p.coded = offset;
-  for (int l = 0; l < kLevels; l++, w = (w + 1) / 2, h = (h + 1) / 2) p.low[l] = band(w, h);
   p.size = offset;
   return p;
 }

@@ -9,6 +9,7 @@ namespace relief {
 RELIEF_COLD uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves) {
   planes.mask_models->init();
   uint64_t pixels = 0;
+  PlanesBegin begin = {};
   for (uint32_t i = 0; i < planes.patch_count; i++) {
     const uint32_t w = planes.patches[i].width, h = planes.patches[i].height;
     const size_t stride = mask_stride(w);
@@ -16,7 +17,9 @@ RELIEF_COLD uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, con
     uint8_t* const rows = planes.mask_buffer + kMaskAbove * stride + kMaskBefore;
     code_mask(coder, *planes.mask_models, rows, w, h, stride);
     const Pyramid p = pyramid_of(w, h);
-    uint8_t* const mask = planes.mask + planes.begin[i];
+    uint8_t* const mask = planes.mask + begin.mask;
+    planes.begin[i] = begin;
+    begin.mask += p.size, begin.q += p.coded;
     for (uint32_t y = 0; y < h; y++) {
       const uint8_t* row = rows + y * stride;
       memcpy(mask + p.low[0].at(0, y), row, w);
@@ -69,8 +72,8 @@ RELIEF_COLD bool decode_part(RangeDecoder& coder, const Planes& planes, SubbandC
                              const Leaves& leaves) {
   const PatchHeader& patch = planes.patches[at.patch];
   const Pyramid p = pyramid_of(patch.width, patch.height);
-  int32_t* const q = planes.q + planes.coded_begin[at.patch];
-  const uint8_t* const mask = planes.mask + planes.begin[at.patch];
+  int32_t* const q = planes.q + planes.begin[at.patch].q;
+  const uint8_t* const mask = planes.mask + planes.begin[at.patch].mask;
   if (at.level < kLevels)
     return code_band<RangeDecoder, SubbandCheckpoints&>(coder, *planes.coefficient_models, p, q, mask,
                                                         at.level, at.type, leaves, at);
@@ -93,8 +96,7 @@ RELIEF_COLD void continue_subband(const uint8_t* data, size_t size, bool cut, co
 }
 
 BiskPlanes bisk_planes(const Planes& p) {
-  return {p.patches, p.patch_count, p.begin,        p.coded_begin, p.mask,
-          p.q,       p.bisk_state,  p.bisk_patches, p.bisk_sets};
+  return {p.patches, p.patch_count, p.begin, p.mask, p.q, p.bisk_state, p.bisk_patches, p.bisk_sets};
 }
 
 }  // namespace

@@ -22,9 +22,9 @@ struct SubbandState {
 struct Planes {
   const PatchHeader* patches;
   uint32_t patch_count;
-  int level;                      // coefficients of finer ones are left alone
-  uint64_t *begin, *coded_begin;  // of each patch's pyramid, and of its planes that are coded
-  int32_t* q;                     // only those
+  int level;           // coefficients of finer ones are left alone
+  PlanesBegin* begin;  // of each patch's pyramid
+  int32_t* q;          // only of the planes that are coded
   uint8_t* mask;
   MaskModels* mask_models;
   CoefficientModels* coefficient_models;
@@ -37,7 +37,7 @@ struct Planes {
   BiskSet* bisk_sets;
 };
 
-// Masks of all patches, and of all their bands. Returns the number of pixels.
+// Where the planes of all patches begin, their masks, and those of all bands. Returns the number of pixels.
 uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves);
 
 // Before the first bytes of coefficients, after the masks.

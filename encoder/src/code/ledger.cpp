@@ -112,20 +112,18 @@ void add_patches(const std::vector<double>& bits, Ledger& ledger) {
 void add_bisk(CountingDecoder& coder, const std::vector<PatchHeader>& headers,
               const std::vector<PatchPlanes>& patches, size_t pixels, Ledger& ledger) {
   std::vector<uint8_t> mask;
-  std::vector<uint64_t> begin;
+  std::vector<PlanesBegin> begin;
   for (const PatchPlanes& p : patches) {
-    begin.push_back(mask.size());
+    begin.push_back({mask.size(), mask.size()});
     mask.insert(mask.end(), p.mask.begin(), p.mask.end());
   }
   std::vector<int32_t> q(mask.size(), 0);
   BiskState state;
   std::vector<BiskPatch> at(patches.size());
   std::vector<BiskSet> sets(pixels);
-  const BiskPlanes planes = {headers.data(), uint32_t(headers.size()),
-                             begin.data(),   begin.data(),
-                             mask.data(),    q.data(),
-                             &state,         at.data(),
-                             sets.data()};
+  const BiskPlanes planes = {
+      headers.data(), uint32_t(headers.size()), begin.data(), mask.data(), q.data(), &state, at.data(),
+      sets.data()};
   start_bisk(planes);
   std::vector<double> of_plane(kMostPlanes, 0), of_patch(patches.size(), 0);
   size_t highest = 0;

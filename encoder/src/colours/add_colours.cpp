@@ -25,7 +25,7 @@ std::vector<uint8_t> mask_of(const OpenPatches& open, size_t i) {
   std::vector<uint8_t> mask;
   mask.reserve(size_t(b.width) * b.height);
   for (uint32_t y = 0; y < b.height; y++) {
-    const uint8_t* const row = open.mask + open.begin[i] + b.at(0, y);
+    const uint8_t* const row = open.mask + open.begin[i].mask + b.at(0, y);
     mask.insert(mask.end(), row, row + b.width);
   }
   return mask;
