@@ -20,10 +20,13 @@ namespace {
 constexpr double kGapFactor = 5;
 constexpr double kBendShare = 0.18;  // triangles over a gap follow part of the bend
 constexpr double kMaskBitsPerNode = 3.4, kTableBits = 64;
+// What a vertex is worth in bits to those who decode, draw and keep it. Bytes hardly change with the spacing
+// around their least: this takes a sixth of the vertices, a third at fine targets, for as many bytes.
+constexpr double kPixelBits = 0.1;
 constexpr int kFinest = 40, kLeastFinest = 14, kStride = 2;
 // The spacing that most patches end up with, over the lattice's diagonal, is about that times a power of
 // lambda over the diagonal's fourth power: on scans of all kinds within 20%.
-constexpr double kUsualSpacing = 2.6, kUsualSpacingSlope = 0.235;
+constexpr double kUsualSpacing = 3, kUsualSpacingSlope = 0.235;
 constexpr double kMuchWorse = 1.02;  // costs: one stride farther will not be better
 constexpr size_t kFewPixels = 6;
 // No map has many more pixels than this, for each face and beyond: finer than what the faces hold gains
@@ -177,7 +180,8 @@ double Allocator::cost(size_t patch, int resolution, double lambda) {
   const double inside = d.squared + quantisation;
   const double gap = d.area > 0 ? kGapFactor * d.gap_area * inside / d.area : 0;
   return inside + gap + kBendShare * d.bend + d.lost +
-         lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits);
+         lambda * (coder.bits() + kMaskBitsPerNode * c.boundary_nodes + kTableBits +
+                   kPixelBits * double(c.map.pixels));
 }
 
 // Contexts as they are after the whole model at the present resolutions.
