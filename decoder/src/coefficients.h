@@ -129,11 +129,10 @@ struct CoefficientModels : LearnedModels {
   }
 };
 
-// The contexts of one coefficient.
+// The contexts of one coefficient, but for its sign.
 struct Context {
   int activity;
   int near;  // the nearest magnitudes, cut short: bits 0-5 W, N, NW, NE; bits 6-7 those beyond
-  int sign;
   bool edge;
 };
 
@@ -174,7 +173,7 @@ inline bool at_edge(const uint8_t* in, ptrdiff_t stride) {
   return in[-1] + in[1] + in[-stride] + in[stride] + in[-stride + 1] < 5;
 }
 
-// The context of a coefficient of band `type`, but for its sign. bands: of weigh_bands.
+// The context of a coefficient of band `type`. bands: of weigh_bands.
 inline Context context_of(int type, const Nearest& n, uint32_t bands, bool edge) {
   const ActivityWeights& k = kActivityWeights[type];
   // hostile magnitudes are 2^21 at most, about: sums of products fit
@@ -198,10 +197,8 @@ inline Context context_at(const Pyramid& p, const int32_t* q, const uint8_t* m, 
   const ptrdiff_t s = b.stride;
   const int32_t* c = q + b.at(x, y);
   auto at = [c](ptrdiff_t i) { return uint32_t(coded_magnitude(c[i])); };
-  Context r = context_of(type, {at(-1), at(-s), at(-s - 1), at(-s + 1), at(-2), at(-2 * s)},
-                         weigh_bands(p, q, level, type, x, y), at_edge(m + b.at(x, y), s));
-  r.sign = sign_context(c, s);
-  return r;
+  return context_of(type, {at(-1), at(-s), at(-s - 1), at(-s + 1), at(-2), at(-2 * s)},
+                    weigh_bands(p, q, level, type, x, y), at_edge(m + b.at(x, y), s));
 }
 
 // The models of one bit of a coefficient.
@@ -235,24 +232,24 @@ RELIEF_INLINE int code_bit(Coder& coder, const Logistic& logistic, const Context
 }
 
 // Codes one coefficient in its context, and leads the state on. Inlined, or else the coder's state would go
-// through memory.
-template <class Coder>
+// through memory. sign_of: gives the context of its sign, if it has one
+template <class Coder, class SignOf>
 RELIEF_INLINE int32_t code_coefficient(Coder& coder, CoefficientModels& models, const Context& ctx, int level,
-                                       int type, int& state, int32_t v) {
+                                       int type, int& state, int32_t v, SignOf sign_of) {
   const int32_t mag = coded_magnitude(v);
   const int quantiser = quantiser_of(state);
   if (!code_bit(coder, models.logistic, ctx, zero_models(models, ctx, level, type, quantiser), mag > 0)) {
     state = next_state(state, 0);
     return 0;
   }
-  const int negative = code_bit<kSingleLimit>(coder, models.sign[type][ctx.sign], v < 0);
+  const int negative = code_bit<kSingleLimit>(coder, models.sign[type][sign_of()], v < 0);
   int32_t k = 1;
   while (k < kUnary &&
          code_bit(coder, models.logistic, ctx, greater_models(models, ctx, level, type, k), mag > k))
     k++;
   if (k == kUnary) {
-    CoderCopy<Coder> copy(coder);  // only the copy's address is taken
-    k += int32_t(code_golomb(*copy, models.tail[ctx.activity == kActivities - 1], uint32_t(mag - kUnary)));
+    k += int32_t(
+        code_golomb_aside(coder, models.tail[ctx.activity == kActivities - 1], uint32_t(mag - kUnary)));
   }
   state = next_state(state, k);
   k = 2 * k - quantiser;
@@ -283,7 +280,7 @@ RELIEF_COLD bool code_low(Coder& coder, CoefficientModels& models, const Pyramid
       const int c = m[i - 1] || m[i - b.stride];
       int32_t r = q[i] - predicted;
       const int32_t mag = magnitude(r);
-      if (code_bit<kSingleLimit>(coder, models.low_zero[c], mag > 0)) {
+      if (code_seldom<kSingleLimit>(coder, models.low_zero[c], mag > 0)) {
         const int negative = coder.code(r < 0, 32768);
         const int32_t k = 1 + int32_t(code_golomb(coder, models.low[c], uint32_t(mag - 1)));
         r = negative ? -k : k;

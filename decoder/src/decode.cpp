@@ -99,7 +99,6 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
   p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
   p.bisk_sets = bisk ? a.take<BiskSet>(parsed.header.mask_pixels) : nullptr;
-  p.q = a.take<int32_t>(t.coded);
   p.mask = a.take<uint8_t>(t.planes);
   w.nodes.allocate(a, nodes);
   const bool points = o.flags & RELIEF_POINTS;
@@ -112,6 +111,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.smoothing = o.flags & RELIEF_SMOOTH ? a.take<uint32_t>(most.vertices) : nullptr;
   w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
   for (int c = 0; c < kChannels && coloured; c++) w.colours.q[c] = a.take<int32_t>(t.coded);
+  p.q = a.take<int32_t>(t.coded);
   // last what is used for one patch after the other, and in its place, after all patches, what gaps take
   const uint64_t begin = a.used, end = begin + 16 + gap_memory_bytes(nodes);
   p.mask_models = a.take<MaskModels>(1);
@@ -120,7 +120,6 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.scratch = a.take<float>(t.scratch);
   p.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
   w.mesh.cells = p.mask_scratch;  // between two uses of the one there is one of the other
-  w.mesh.height = a.take<int32_t>(t.max_pixels);
   w.mesh.vertex = a.take<uint32_t>(t.max_pixels);
   w.mesh.run = a.take<uint32_t>(t.max_pixels);
   w.mesh.run_of_cell = a.take<uint32_t>(t.max_pixels);
@@ -152,13 +151,14 @@ relief_status add_patch(uint32_t i, Workspace& w, OpenPatches& open, uint8_t* co
   if (colors) make_colour_images(open.parsed, w.planes, i, w.colours, w.scratch, leaves);
   const float* z = inverse_wavelet(p, w.planes.q + w.planes.begin[i].q, mask, step, w.scratch, leaves, level);
   const Band& low = p.low[level];
+  // where the wavelet had its halves, which with their masks take more
+  float* const halves = w.scratch + wavelet_values(p.low[0].width, p.low[0].height);
+  w.mesh.height = reinterpret_cast<int32_t*>(level > 0 ? halves : w.scratch);
   if (level > 0) {
     tidy_mask(mask + low.at(0, 0), low.width, low.height, low.stride, w.mesh.vertex);
   } else {
-    // where the wavelet had its halves, which with their masks take more
-    float* const restored = w.scratch + wavelet_values(low.width, low.height);
-    restore(p, mask, z, step, restored, leaves);
-    z = restored;
+    restore(p, mask, z, step, halves, leaves);
+    z = halves;
   }
   stage_done(Stage::kWavelet);
   const MeshWriter before = open.mesh;
@@ -316,6 +316,8 @@ relief_status decode(const void* data, size_t size, const relief_options& o, rel
   if (status == RELIEF_OK) status = read_masks(bytes, o, w, open.parsed, leaves);
   if (status != RELIEF_OK) return status;
   read_coefficients(bytes, w, open.parsed, leaves);
+  // nothing goes on from the coefficients: gaps take their place first, memory that has been touched already
+  w.gaps = reinterpret_cast<uint8_t*>(w.planes.q);
   return make_mesh(bytes, o, w, open, out, leaves);
 }
 

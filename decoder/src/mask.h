@@ -9,18 +9,23 @@
 namespace relief {
 
 constexpr int kMaskTemplates = 4;
-constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 3, 1u << 9, 1u << 15, 1u << 16};
+constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 3, 1u << 9, 1u << 15, 1u << 14};
+
+// Deep pixels are coded by so many at once: most differ from nothing around.
+constexpr int kMaskGroup = 8;
 
 struct MaskModels {
   Logistic logistic;
-  Model t3[kMaskSizes[0]], t9[kMaskSizes[1]], t15[kMaskSizes[2]], t21[kMaskSizes[3]];
+  struct {
+    Model t3[kMaskSizes[0]], t9[kMaskSizes[1]], t15[kMaskSizes[2]], t21[kMaskSizes[3]];
+    Model group, in_group[kMaskGroup - 1];  // of deep pixels: whether any differs, and if so, which
+  } of;
   int32_t weight[kMaskSizes[1]][kMaskTemplates];  // 16.16, by the 10-pixel template
   RELIEF_COLD void init() {
     logistic.init();
-    for (Model& m : t3) m = kModelInit;
-    for (Model& m : t9) m = kModelInit;
-    for (Model& m : t15) m = kModelInit;
-    for (Model& m : t21) m = kModelInit;
+    constexpr Model kInit = kModelInit;
+    for (size_t i = 0; i < sizeof of; i += sizeof kInit)
+      __builtin_memcpy(reinterpret_cast<uint8_t*>(&of) + i, &kInit, sizeof kInit);
     for (auto& set : weight)
       for (int32_t& w : set) w = 23000;  // 0.35
   }
@@ -36,53 +41,69 @@ inline uint32_t pack_pixels(const uint8_t* p) {
   return uint32_t(v * 0x0102040810204080u >> 56);
 }
 
-// The pixels around one, as bits from left to right: in the row above from x - 3 to x + 4, in the one above
-// that from x - 3 to x + 3, in the third from x - 1 to x + 1; `before`: those to the left, the nearest in bit
-// 0.
-struct Surroundings {
-  uint32_t above, above2, above3, before;
-
-  RELIEF_INLINE void look_up(const uint8_t* p, ptrdiff_t s) {
-    above = pack_pixels(p - s - 3);
-    above2 = pack_pixels(p - 2 * s - 3);
-    above3 = p[-3 * s - 1] | p[-3 * s] << 1 | p[-3 * s + 1] << 2;
-  }
-  // The pixels of the 16-pixel template, in any order.
-  uint32_t any16() const {
-    return (before & 7) | (above & 127) << 3 | (above2 & 62) << 9 | (above3 & 2) << 14;
-  }
-
-  uint32_t c4() const { return (before & 1) | (above >> 2 & 2) | (above >> 2 & 4) | (above << 1 & 8); }
-  uint32_t c10() const { return (before & 3) | (above << 1 & 124) | (above2 << 5 & 896); }
-  uint32_t c16() const {
-    return c10() | (before & 4) << 8 | (above & 64) << 5 | (above & 1) << 12 | (above2 & 32) << 8 |
-           (above2 & 2) << 13 | (above3 & 2) << 14;
-  }
-  uint32_t c22() const {
-    return c16() | (before & 8) << 13 | (above & 128) << 10 | (above3 & 4) << 16 | (above3 & 1) << 19 |
-           (above2 & 64) << 14 | (above2 & 1) << 21;
-  }
-};
+// The pixels around one, as bits from the right-most of its own row to the left, then from left to right: 4
+// before it, 8 in the row above from x - 3 on, 7 in the one above that from x - 3 on, 3 in the third from
+// x - 1 on.
+RELIEF_INLINE uint32_t look_around(const uint8_t* p, ptrdiff_t s, uint32_t before) {
+  return (before & 15) | pack_pixels(p - s - 3) << 4 | (pack_pixels(p - 2 * s - 3) & 127) << 12 |
+         uint32_t(p[-3 * s - 1] | p[-3 * s] << 1 | p[-3 * s + 1] << 2) << 19;
+}
+constexpr uint32_t kAround16 = 7 | 127u << 4 | 31u << 13 | 1u << 20;  // those of the 16-pixel template
 
 // One pixel where several models are asked.
 template <class Coder>
-RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, const Surroundings& around, int bit) {
-  const uint32_t side = around.before & 1;
-  // which pixels of a template differ from the one to the left, which is its first
-  auto compared = [&](uint32_t c, uint32_t size) { return (c ^ (0u - side)) >> 1 & (size - 1); };
-  const uint32_t c9 = compared(around.c10(), kMaskSizes[1]);
-  Model* const m[kMaskTemplates] = {&models.t3[compared(around.c4(), kMaskSizes[0])], &models.t9[c9],
-                                    &models.t15[compared(around.c16(), kMaskSizes[2])],
-                                    &models.t21[compared(around.c22(), 1u << 21) * 0x9E3779B1u >> 16]};
+RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, uint32_t around, int bit) {
+  const uint32_t side = around & 1;
+  const uint32_t c21 =
+      (around ^ (0u - side)) & ((1u << 22) - 1);  // those that differ from the one to the left
+  const uint32_t c9 = (c21 >> 1 & 1) | (c21 >> 4 & 62) | (c21 >> 8 & 448);
+  const uint32_t c15 = (c21 >> 1 & 3) | (c21 >> 2 & 508) | (c21 >> 4 & 15872) | (c21 >> 6 & 16384);
+  Model* const m[kMaskTemplates] = {&models.of.t3[c21 >> 6 & 7], &models.of.t9[c9], &models.of.t15[c15],
+                                    &models.of.t21[c21 * 0x9E3779B1u >> 18]};
   return int(side) ^ code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c9],
                                                                 bit ^ int(side));
 }
 
 // If the pixel before p is deep outside (0) or inside (1), how many from p on are so, by the rows above. At
-// most 8.
+// most kMaskGroup.
 inline int as_deep(const uint8_t* p, ptrdiff_t s, uint32_t side) {
   const uint64_t all = side * kEachByte;
   return first_byte((load8(p - s + 3) ^ all) | (load8(p - 2 * s + 2) ^ all) | (load8(p - 3 * s) ^ all));
+}
+
+// A group of deep pixels. Returns the one after the first that differs, or null if none does.
+template <class Coder>
+RELIEF_INLINE uint8_t* code_group(Coder& coder, MaskModels& models, uint8_t* p, uint32_t side) {
+  const uint64_t all = side * kEachByte;
+  const int same = Coder::kEncoding ? first_byte(load8(p) ^ all) : 0;
+  const int differs = code_seldom<kMaskLimit>(coder, models.of.group, same < kMaskGroup);
+  int i = 0;
+  if (differs)
+    while (i < kMaskGroup - 1 && !code_seldom<kMaskLimit>(coder, models.of.in_group[i], i == same)) i++;
+  if (!Coder::kEncoding) __builtin_memcpy(p, &all, sizeof all);
+  if (!differs) return nullptr;
+  p[i] = uint8_t(side ^ 1);
+  return p + i + 1;
+}
+
+// Deep pixels from p on, of which the first is known to be so, until one differs or is not deep by the rows
+// above, or the row ends. Returns the next pixel.
+template <class Coder>
+RELIEF_INLINE uint8_t* code_deep(Coder& coder, MaskModels& models, uint8_t* p, const uint8_t* end,
+                                 ptrdiff_t s, uint32_t side) {
+  for (int known = 1; known > 0; known = p < end ? as_deep(p, s, side) : 0) {
+    if (known == kMaskGroup && end - p >= kMaskGroup) {
+      if (uint8_t* const next = code_group(coder, models, p, side)) return next;
+      p += kMaskGroup;
+      continue;
+    }
+    for (; known > 0 && p < end; known--) {
+      const uint32_t differs = uint32_t(code_seldom<kMaskLimit>(coder, models.of.t15[0], *p ^ int(side)));
+      *p++ = uint8_t(side ^ differs);
+      if (differs) return p;
+    }
+  }
+  return p;
 }
 
 // Codes the mask of one patch. `rows`: height rows of width bytes, 0 or 1, each row `stride` bytes apart,
@@ -94,27 +115,18 @@ void code_mask(Coder& outer, MaskModels& models, uint8_t* rows, uint32_t width, 
   const ptrdiff_t s = ptrdiff_t(stride);
   for (uint32_t y = 0; y < height; y++) {
     uint8_t *p = rows + y * stride, *const end = p + width;
-    Surroundings around = {0, 0, 0, 0};
+    uint32_t before = 0;  // pixels to the left, the nearest in bit 0
     while (p < end) {
-      around.look_up(p, s);
-      const uint32_t c16 = around.any16();
-      if (c16 != 0 && c16 != 0xffff) {
+      const uint32_t around = look_around(p, s, before), c16 = around & kAround16;
+      if (c16 != 0 && c16 != kAround16) {
         *p = uint8_t(code_pixel(*coder, models, around, *p));
-        around.before = around.before << 1 | *p++;
+        before = before << 1 | *p++;
         continue;
       }
-      // deep outside or inside: one model, most pixels
-      Model m = models.t15[0];
+      // deep outside or inside: most pixels
       const uint32_t side = c16 & 1;
-      uint32_t bit;
-      for (int more = 0;; more--) {
-        bit = side ^ uint32_t(code_bit<kMaskLimit>(*coder, m, *p ^ int(side)));
-        *p++ = uint8_t(bit);
-        if (bit != side || p >= end) break;
-        if (more == 0 && (more = as_deep(p, s, side)) == 0) break;
-      }
-      models.t15[0] = m;
-      around.before = (side ? 14u : 0u) | bit;
+      p = code_deep(*coder, models, p, end, s, side);
+      before = (side ? 14u : 0u) | p[-1];
     }
   }
 }

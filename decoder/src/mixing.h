@@ -12,7 +12,7 @@ struct Logistic {
   int16_t squashed[4096];  // of x + 2048
 
   static int squash(int x) {  // x in 1/256, -2047 .. 2047 -> 1 .. 4095
-    constexpr int kKnot[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
+    constexpr int16_t kKnot[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
                                310,  488,  747,  1101, 1546, 2047, 2549, 2994, 3348, 3607, 3785,
                                3901, 3975, 4022, 4050, 4068, 4079, 4085, 4089, 4092, 4093, 4094};
     if (x > 2047) return 4095;
@@ -57,18 +57,16 @@ inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* we
 }
 
 // Codes a bit. Models adapt up to the count Limit; the weights follow the error by gradient descent, at the
-// rate 2^-Rate.
+// rate 2^-Rate for errors in 16 bits, modulo 2^32: only hostile bytes lead that far.
 template <int N, uint32_t Limit, int Rate, class Coder>
 RELIEF_INLINE int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight,
                              int bit) {
-  constexpr int32_t kMostWeight = 1 << 24;  // never reached but by hostile bytes
   const Mixed<N> mixed = mix<N>(logistic, m, weight);
   bit = coder.code(bit, uint32_t(mixed.p12) << 4);
-  const int error = ((bit << 12) - mixed.p12) * 16;
+  const int error = (bit << 12) - mixed.p12;
   for (int i = 0; i < N; i++) {
-    weight[i] += (mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate;
-    if (uint32_t(weight[i] + kMostWeight) > 2 * kMostWeight) [[unlikely]]
-      weight[i] = weight[i] < 0 ? -kMostWeight : kMostWeight;
+    const int32_t change = (mixed.stretched[i] * error + (1 << (Rate - 5))) >> (Rate - 4);
+    weight[i] = int32_t(uint32_t(weight[i]) + uint32_t(change));
     model_update<Limit>(*m[i], bit);
   }
   return bit;

@@ -3,11 +3,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Where a call would send a coder's state through memory, bit by bit. Code for size does without.
+// Where a call would send a coder's state through memory, bit by bit. Code for size does without, and shares
+// what is in several places.
 #if defined(__OPTIMIZE_SIZE__) || defined(RELIEF_SMALL)
 #define RELIEF_INLINE inline
+#define RELIEF_SHARED __attribute__((noinline))
 #else
 #define RELIEF_INLINE __attribute__((always_inline)) inline
+#define RELIEF_SHARED RELIEF_INLINE
 #endif
 
 // What runs seldom in a file that is compiled for speed. GCC's `cold` is not for it: what is called from
@@ -49,9 +52,9 @@ template <uint32_t Limit>
 inline void model_update(Model& m, int bit) {
   static_assert(Limit <= kMostCount);
   const uint32_t count = m & 1023;
-  const int32_t p = int32_t(m >> 10), target = bit ? (1 << 22) - 1 : 0;
-  const int32_t step = int32_t((int64_t(target - p) * kReciprocal.of[count]) >> 16);
-  m += (uint32_t(step) << 10) + (count < Limit);  // neither part spills into the other
+  const int32_t p = int32_t(m >> 10), target = -bit & ((1 << 22) - 1);
+  const int64_t step = int64_t(target - p) * kReciprocal.of[count];  // 16 bits of it are a fraction
+  m += (uint32_t(step >> 6) & ~1023u) + (count < Limit);             // neither part spills into the other
 }
 
 // A coder for the length of a loop. Of the decoder it is a copy, written back at the end: stores through
@@ -91,6 +94,12 @@ RELIEF_INLINE int code_bit(Coder& coder, Model& m, int bit) {
   return bit;
 }
 
+// The same, where it is seldom.
+template <uint32_t Limit, class Coder>
+RELIEF_SHARED int code_seldom(Coder& coder, Model& m, int bit) {
+  return code_bit<Limit>(coder, m, bit);
+}
+
 // Exponential-Golomb code of value >= 0 with adaptive models for the prefix and the top bit of the remainder.
 // models: 40 of them. At most 20 prefix bits: value < 2^20.
 constexpr int kGolombModels = 40;
@@ -99,14 +108,27 @@ template <class Coder>
   int bits = 0;
   while (bits < 20 && (value + 1) >> (bits + 1)) bits++;
   int n = 0;
-  while (n < 20 && code_bit<kSingleLimit>(coder, models[n < 19 ? n : 19], n < bits)) n++;
+  while (n < 20 && code_seldom<kSingleLimit>(coder, models[n < 19 ? n : 19], n < bits)) n++;
   uint32_t out = 1;
   for (int i = n - 1; i >= 0; i--) {
     const int bit = (value + 1) >> i & 1;
-    out = out * 2 + (i == n - 1 ? code_bit<kSingleLimit>(coder, models[20 + (i < 19 ? i : 19)], bit)
+    out = out * 2 + (i == n - 1 ? code_seldom<kSingleLimit>(coder, models[20 + (i < 19 ? i : 19)], bit)
                                 : coder.code(bit, 32768));
   }
   return out - 1;
+}
+
+// The same where the coder's state is in registers: only a copy's address is taken.
+template <class Coder>
+RELIEF_INLINE uint32_t code_golomb_aside(Coder& coder, Model* models, uint32_t value) {
+  if constexpr (Coder::kEncoding) {
+    return code_golomb(coder, models, value);
+  } else {
+    Coder copy = coder;
+    const uint32_t r = code_golomb(copy, models, value);
+    coder = copy;
+    return r;
+  }
 }
 
 template <class Coder>

@@ -36,7 +36,7 @@ class SpanContext {
     }
   }
 
-  // The context of the i-th, but for its sign, after the coded magnitudes W and WW before it in the row.
+  // The context of the i-th after the coded magnitudes W and WW before it in the row.
   Context at(uint32_t i, const CoefficientModels& models, const ActivityWeights& k, uint32_t W,
              uint32_t WW) const {
     Context r;
@@ -120,9 +120,9 @@ bool code_band(Coder& outer, CoefficientModels& models, const Pyramid& p, int32_
                WW = uint32_t(coded_magnitude(c[ptrdiff_t(x) - 2]));
       for (; x < end; x++) {
         if (in[x]) {
-          Context context = span.at(x - begin, models, k, W, WW);
-          context.sign = sign_context(c + x, b.stride);
-          c[x] = code_coefficient(*coder, models, context, level, type, state, c[x]);
+          const Context context = span.at(x - begin, models, k, W, WW);
+          c[x] = code_coefficient(*coder, models, context, level, type, state, c[x],
+                                  [&] { return sign_context(c + x, b.stride); });
         }
         WW = W;
         W = uint32_t(coded_magnitude(c[x]));

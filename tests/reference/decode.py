@@ -194,7 +194,7 @@ class Coder:
         b = self.bit(p12 * 16)
         e = (b * 4096 - p12) * 16
         for i, one in enumerate(m):
-            w[i] = clamp(w[i] + (s[i] * e + (1 << rate - 1) >> rate), 1 << 24)
+            w[i] = (w[i] + (s[i] * e + (1 << rate - 1) >> rate) + (1 << 31)) % (1 << 32) - (1 << 31)
             update(one, limit, b)
         return b
 
@@ -288,7 +288,8 @@ def read_table(stream, coder, limits):
 C3 = ((0, -1), (1, -1), (-1, -1))
 C9 = ((-2, 0), (-2, -1), (-1, -1), (0, -1), (1, -1), (2, -1), (-1, -2), (0, -2), (1, -2))
 C15 = C9 + ((-3, 0), (3, -1), (-3, -1), (2, -2), (-2, -2), (0, -3))
-C21 = C15 + ((-4, 0), (4, -1), (1, -3), (-1, -3), (3, -2), (-3, -2))
+C21 = (tuple((-x, 0) for x in range(1, 5)) + tuple((x, -1) for x in range(-3, 5))
+       + tuple((x, -2) for x in range(-3, 4)) + tuple((x, -3) for x in range(-1, 2)))
 
 
 class Lazy(dict):
@@ -307,25 +308,48 @@ class MaskModels:
     def __init__(self):
         self.t3, self.t9, self.t15, self.t21 = (Lazy(lambda _: fresh()) for _ in range(4))
         self.weights = Lazy(lambda _: [23000] * 4)
+        self.group, self.in_group = fresh(), [fresh() for _ in range(7)]
 
 
 def read_mask(coder, models, width, height):
     rows = [[0] * (width + 8) for _ in range(height + 3)]
     for y in range(height):
-        for x in range(width):
-            w = rows[y + 3][x + 3]
+        row = rows[y + 3]
 
-            def context(pixels):
-                return sum((rows[y + 3 + dy][x + 4 + dx] ^ w) << i for i, (dx, dy) in enumerate(pixels))
-            c15 = context(C15)
+        def context(x, pixels):
+            return sum((rows[y + 3 + dy][x + 4 + dx] ^ row[x + 3]) << i for i, (dx, dy) in enumerate(pixels))
+
+        def group_follows(x):
+            before = row[x + 3]
+            if x + 8 > width:
+                return False
+            row[x + 4:x + 12] = [before] * 8
+            return all(context(i, C15) == 0 for i in range(x, x + 8))
+        x, deep = 0, False
+        while x < width:
+            w = row[x + 3]
+            if deep and group_follows(x):  # which has made them all as w
+                if coder.adaptive(models.group, 255):
+                    i = 0
+                    while i < 7 and not coder.adaptive(models.in_group[i], 255):
+                        i += 1
+                    row[x + 4 + i] = 1 - w
+                    x += i + 1
+                    deep = False
+                else:
+                    x += 8
+                continue
+            c15 = context(x, C15)
             if c15 == 0:
                 differs = coder.adaptive(models.t15[0], 255)
             else:
-                c9, c21 = context(C9), context(C21)
-                m = (models.t3[context(C3)], models.t9[c9], models.t15[c15],
-                     models.t21[(c21 * 0x9E3779B1 & 0xffffffff) >> 16])
+                c9, c21 = context(x, C9), context(x, C21)
+                m = (models.t3[context(x, C3)], models.t9[c9], models.t15[c15],
+                     models.t21[(c21 * 0x9E3779B1 & 0xffffffff) >> 18])
                 differs = coder.mixed(m, models.weights[c9], 255, 14)
-            rows[y + 3][x + 4] = w ^ differs
+            row[x + 4] = w ^ differs
+            deep = c15 == 0 and not differs
+            x += 1
     return [row[4:4 + width] for row in rows[3:]]
 
 

@@ -65,7 +65,8 @@ double estimate_band(CountingCoder& coder, CoefficientModels& models, const Wave
       q[i] = v < 0 ? -2 * best : 2 * best;
       squared += error(best);
       int state = 0;
-      code_coefficient(coder, models, c, level, type, state, q[i]);
+      code_coefficient(coder, models, c, level, type, state, q[i],
+                       [&] { return sign_context(q + i, ptrdiff_t(b.stride)); });
     }
   }
   return squared * step * step;

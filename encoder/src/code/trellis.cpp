@@ -196,9 +196,9 @@ class BandTrellis {
     int state = paths_[end].ancestor;
     for (size_t i = first; i < places_.size(); i++) {
       const ptrdiff_t x = places_[i].x;
-      Context c = context(places_[i], before, row[x - 1], row[x - 2]);
-      c.sign = 0;
-      code_coefficient(coder, models_, c, level_, type_, state, value_of(int32_t(row[x]), state));
+      const Context c = context(places_[i], before, row[x - 1], row[x - 2]);
+      code_coefficient(coder, models_, c, level_, type_, state, value_of(int32_t(row[x]), state),
+                       [] { return 0; });
     }
     std::swap(rows_, next_rows_);
   }
