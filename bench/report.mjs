@@ -65,8 +65,9 @@ export function figures({ commit, date, machine, models }) {
     return `**${name}**, ${whole.format(vertices)} vertices: bytes at an error E (symmetric rms, 1e-4 of the bounding box diagonal)
 
 ${bytesByLevel(points)}
-Decoding to E = 1 takes ${ms('Relief, native')} ms natively and ${ms('Relief, WebAssembly')} ms in WebAssembly; Draco (\`-cl 10 -qp 12\`, not simplified)
-takes ${ms('Draco, native')} and ${ms('Draco, WebAssembly')} ms, meshopt ${ms('meshopt, WebAssembly')} ms in WebAssembly (one thread, run in turns).
+Decoding to E = 1, ${whole.format(decoding.vertexCount)} vertices, takes ${ms('Relief, native')} ms natively and ${ms('Relief, WebAssembly')} ms in WebAssembly; Draco (\`-cl 10 -qp 12\`, not simplified)
+takes ${ms('Draco, native')} and ${ms('Draco, WebAssembly')} ms, meshopt ${ms('meshopt, WebAssembly')} ms in WebAssembly (one thread, run in turns). With large
+pages (\`GLIBC_TUNABLES=glibc.malloc.hugetlb=1\`) natively ${ms('Relief, native, large pages')} and ${ms('Draco, native, large pages')} ms.
 `;
   });
   return `Measured at commit ${commit} on ${date} (${machine}); all points and plots: [bench/results](bench/results/results.md).
