@@ -12,7 +12,8 @@ constexpr double kContent = 0.003, kHopeless = 0.02, kAim = 0.002;
 // The first trial makes up for what the search is off, if that is so much. If it is so far outside then, the
 // search was wrong.
 constexpr double kFarOff = 0.02, kJump = 0.05;
-constexpr double kSame = 0.01;  // steps that differ by less need no other masks
+constexpr double kSame = 0.01;        // steps that differ by less need no other masks
+constexpr double kOtherwise = 0.008;  // what has lost its topology is tried again so much inside
 constexpr double kFar = 0.012;  // farther from the target the error need not be measured if it is known about
 
 // A trial with all care; no vertex lies on another if that can be helped. Where mending is yet to be
@@ -43,7 +44,7 @@ std::vector<uint8_t> unquantised(const Job& m, Sampled& s, Stopwatch& watch) {
 //   off  by how much these patches with this step miss the target, as far as the search knows
 //   met  whether any trial met the target; then also whether this one does
 Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopwatch& watch) {
-  constexpr int kMost = 6, kVain = 3;
+  constexpr int kMost = 6, kVain = 3, kMostUnsound = 2;
   constexpr MendRounds kHasty = {2, 0}, kThorough = {2, 6};
   const bool bisk = s.placement.bisk;
   // slope of the excess y over x, the logarithm of the step or of the bytes of coefficients
@@ -52,6 +53,7 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
   Trial best;
   double best_y = INFINITY;
   bool best_finished = false;
+  int unsound = 0;
   const double first_x = std::log(double(s.placement.step));
   const bool corrected = !bisk && met && std::fabs(off) > kFarOff;
   double x = corrected ? first_x + std::clamp(-off / slope, -0.3, 0.3) : first_x;
@@ -73,7 +75,9 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
     if (i == 0 || (sound == best_sound ? better : sound))
       best = std::move(t), best_y = y, best_finished = s.finished;
     const bool content = best_y <= 0 && best_y > -(m.effort.inside + kContent * std::max(0, i - 2));
-    if (!met || (content && best_finished)) break;
+    const bool settled = content && best_finished;
+    if (!met || (settled && (is_sound(m, best) || unsound == kMostUnsound))) break;
+    if (settled) x -= kOtherwise / slope, unsound++;
     if (content) continue;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
