@@ -26,7 +26,7 @@ constexpr double kPixelBits = 0.1;
 constexpr int kFinest = 40, kLeastFinest = 14, kStride = 2;
 // The spacing that most patches end up with, over the lattice's diagonal, is about that times a power of
 // lambda over the diagonal's fourth power: on scans of all kinds within 20%.
-constexpr double kUsualSpacing = 3.2, kUsualSpacingSlope = 0.235;
+constexpr double kUsualSpacing = 3, kUsualSpacingSlope = 0.235;
 constexpr double kMuchWorse = 1.02;  // costs: one stride farther will not be better
 constexpr size_t kFewPixels = 6;
 // No map has many more pixels than this, for each face and beyond: finer than what the faces hold gains
