@@ -12,8 +12,9 @@ constexpr double kContent = 0.003, kHopeless = 0.02, kAim = 0.002;
 // The first trial makes up for what the search is off, if that is so much. If it is so far outside then, the
 // search was wrong.
 constexpr double kFarOff = 0.02, kJump = 0.05;
-constexpr double kSame = 0.01;        // steps that differ by less need no other masks
-constexpr double kOtherwise = 0.008;  // what has lost its topology is tried again so much inside
+constexpr double kSame = 0.01;  // steps that differ by less need no other masks
+// What has lost its topology is tried again with other masks, so much of the step inside.
+constexpr double kOtherwise = kSame * 4 / 3;
 constexpr double kFar = 0.012;  // farther from the target the error need not be measured if it is known about
 
 // A trial with all care; no vertex lies on another if that can be helped. Where mending is yet to be
@@ -77,7 +78,7 @@ Trial settle(const Job& m, Sampled s, double off, double bytes, bool& met, Stopw
     const bool content = best_y <= 0 && best_y > -(m.effort.inside + kContent * std::max(0, i - 2));
     const bool settled = content && best_finished;
     if (!met || (settled && (is_sound(m, best) || unsound == kMostUnsound))) break;
-    if (settled) x -= kOtherwise / slope, unsound++;
+    if (settled) x -= std::copysign(kOtherwise, slope), unsound++;
     if (content) continue;
     if (i + 1 == kVain && best_y > kHopeless) break;
     const double aim = kAim * (i + 1);  // deeper inside with every trial in vain
