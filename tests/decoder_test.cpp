@@ -1102,11 +1102,9 @@ void run_wavelet_leaves(const Leaves& leaves, const RandomRows& r, Written& out)
   out.keep(low), out.keep(high);
   std::vector<float> rows(r.values), restored(kStride + kBlock);
   leaves.dequantise(&r.q[kMiddle], 1.7f, &rows[kMiddle], r.n);
-  leaves.scale_rows(&rows[2 * kStride], r.round & 1 ? &rows[3 * kStride] : nullptr, mask, kStride, r.blocks);
-  float* const row = &rows[4 * kStride];
-  leaves.lift_row({row, row - kStride, row + kStride, row - 3 * kStride, row + 3 * kStride, mask, kStride},
-                  0.443f, r.round & 1, r.blocks);
-  leaves.inverse_row(mask, r.n, &rows[5 * kStride], &rows[6 * kStride], &rows[7 * kStride]);
+  leaves.scale(&rows[2 * kStride], 0.443f, r.n);
+  leaves.lift(&rows[4 * kStride], &rows[3 * kStride], &rows[5 * kStride], 0.443f, r.n);
+  leaves.join_row(&rows[6 * kStride], &rows[kStride], &rows[7 * kStride], r.n);
   out.keep(rows);
   const float* const z = &r.values[kMiddle];
   leaves.restore_row({z, z - 2 * kStride, z - kStride, z + kStride, z + 2 * kStride, kStride, mask, kStride},

@@ -110,6 +110,7 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
       return RELIEF_ERROR_LIMIT;
     t.scratch = scratch > t.scratch ? scratch : t.scratch;
     t.max_width = patch.width > t.max_width ? patch.width : t.max_width;
+    t.max_height = patch.height > t.max_height ? patch.height : t.max_height;
     t.max_pixels = pixels > t.max_pixels ? pixels : t.max_pixels;
     t.max_mask = mask > t.max_mask ? mask : t.max_mask;
     if (patches) patches[i] = patch;

@@ -7,14 +7,14 @@ namespace relief {
 
 // What the patch table asks for, summed up.
 struct Totals {
-  uint64_t pixels = 0;      // of all rectangles
-  uint64_t low_pixels = 0;  // of all rectangles, at the level that is decoded
-  uint64_t planes = 0;      // elements of all pyramids
-  uint64_t coded = 0;       // of those, of planes that are coded
-  uint64_t scratch = 0;     // floats of the largest patch's wavelet_scratch
-  uint32_t max_width = 0;   // of any patch
-  uint64_t max_pixels = 0;  // of any patch
-  uint64_t max_mask = 0;    // bytes of the largest mask buffer
+  uint64_t pixels = 0;                     // of all rectangles
+  uint64_t low_pixels = 0;                 // of all rectangles, at the level that is decoded
+  uint64_t planes = 0;                     // elements of all pyramids
+  uint64_t coded = 0;                      // of those, of planes that are coded
+  uint64_t scratch = 0;                    // floats of the largest patch's wavelet_scratch
+  uint32_t max_width = 0, max_height = 0;  // of any patch
+  uint64_t max_pixels = 0;                 // of any patch
+  uint64_t max_mask = 0;                   // bytes of the largest mask buffer
 };
 
 struct Parsed {

@@ -121,8 +121,8 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.mask_scratch = a.take<uint8_t>(2 * t.max_pixels + 8 * uint64_t(t.max_width) + 64);
   w.mesh.cells = p.mask_scratch;  // between two uses of the one there is one of the other
   w.mesh.vertex = a.take<uint32_t>(t.max_pixels);
-  w.mesh.run = a.take<uint32_t>(t.max_pixels);
-  w.mesh.run_of_cell = a.take<uint32_t>(t.max_pixels);
+  w.mesh.run = a.take<Run>(t.max_pixels);
+  w.mesh.first_run = a.take<uint32_t>(t.max_height);
   w.mesh.way = a.take<uint8_t>(t.max_pixels);
   for (int c = 0; c < kChannels && coloured; c++) w.colours.image[c] = a.take<int16_t>(t.max_pixels);
   return (a.used < end ? end : a.used) + 16;

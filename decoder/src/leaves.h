@@ -25,15 +25,6 @@ struct AboveWeights {
 constexpr int kMagnitudeCap = 4095;
 constexpr uint32_t kSumCap = 3072;
 
-// A row to be lifted, its neighbours, and the masks of the rows around. Where a row is beyond the ends, its
-// mask is zero and its values may be any row.
-struct LiftedRow {
-  float* values;
-  const float *up, *down, *up3, *down3;
-  const uint8_t* mask;  // rows stride apart
-  ptrdiff_t stride;
-};
-
 // A row of elevations, those around it, and its mask, each `stride` from row to row. Where a row is beyond
 // the patch, its mask is zero and its values may be any row.
 struct RestoredRow {
@@ -80,20 +71,14 @@ struct Leaves {
 
   void (*dequantise)(const int32_t* q, float step, float* out, uint32_t n);
 
-  // Scales two rows of coefficients before lifting, in place: an even one, and an odd one unless it is null.
-  // mask: of the even row, rows stride apart. A sample without a neighbour above and below is in the even
-  // row, wherever it belongs. n: a multiple of kBlock; values outside of the mask mean nothing.
-  void (*scale_rows)(float* even, float* odd, const uint8_t* mask, ptrdiff_t stride, uint32_t n);
+  // values[i] *= factor. Up to the end of the last block of kBlock.
+  void (*scale)(float* values, float factor, uint32_t n);
 
-  // One lifting step of a row by the rows above and below. n: a multiple of kBlock.
-  void (*lift_row)(const LiftedRow& row, float factor, bool extend, uint32_t n);
+  // values[i] += factor * (before[i] + after[i]). Up to the end of the last block of kBlock.
+  void (*lift)(float* values, const float* before, const float* after, float factor, uint32_t n);
 
-  // Lifting along a row: see wavelet.h.
-  void (*lift_even)(float* low, const float* high, int begin, int end, float factor, bool extend);
-  void (*lift_odd)(const float* low, float* high, int begin, int end, float factor, bool extend);
-
-  // Joins a row's low and high halves (both are overwritten) into `out`, segment by segment of the mask.
-  void (*inverse_row)(const uint8_t* mask, uint32_t width, float* low, float* high, float* out);
+  // Even and odd samples to a row of n.
+  void (*join_row)(const float* even, const float* odd, float* out, uint32_t n);
 
   // A row of elevations with its restoration, see restore.h. Reads kMargin values before the row
   // and kMargin behind its last block of kBlock, and writes up to the end of that.

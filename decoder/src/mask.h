@@ -1,5 +1,5 @@
-// Support masks (3.5): an adaptive context arithmetic coder after Langdon and Rissanen 1981, four templates
-// of 4 to 22 pixels mixed. A border is the same seen from inside and from outside: all pixels are compared
+// Support masks (3.5): an adaptive context arithmetic coder after Langdon and Rissanen 1981, three templates
+// of 6 to 22 pixels mixed. A border is the same seen from inside and from outside: all pixels are compared
 // with the one to the left. Integers only. Shared with the encoder.
 #pragma once
 #include "format.h"
@@ -8,8 +8,9 @@
 
 namespace relief {
 
-constexpr int kMaskTemplates = 4;
-constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 3, 1u << 9, 1u << 15, 1u << 14};
+constexpr int kMaskTemplates = 3;
+constexpr uint32_t kMaskSizes[kMaskTemplates] = {1u << 5, 1u << 12, 1u << 14};
+constexpr uint32_t kMaskWeights = 1u << 9;
 
 // Deep pixels are coded by so many at once: most differ from nothing around.
 constexpr int kMaskGroup = 8;
@@ -17,29 +18,20 @@ constexpr int kMaskGroup = 8;
 struct MaskModels {
   Logistic logistic;
   struct {
-    Model t3[kMaskSizes[0]], t9[kMaskSizes[1]], t15[kMaskSizes[2]], t21[kMaskSizes[3]];
-    Model group, in_group[kMaskGroup - 1];  // of deep pixels: whether any differs, and if so, which
+    Model t5[kMaskSizes[0]], t12[kMaskSizes[1]], t21[kMaskSizes[2]];
+    Model deep, group,
+        in_group[kMaskGroup - 1];  // of deep pixels: whether one, any of a group differs; which
   } of;
-  int32_t weight[kMaskSizes[1]][kMaskTemplates];  // 16.16, by the 10-pixel template
+  int32_t weight[kMaskWeights][kMaskTemplates];  // 16.16, by the 10-pixel template
   RELIEF_COLD void init() {
     logistic.init();
     constexpr Model kInit = kModelInit;
     for (size_t i = 0; i < sizeof of; i += sizeof kInit)
       __builtin_memcpy(reinterpret_cast<uint8_t*>(&of) + i, &kInit, sizeof kInit);
     for (auto& set : weight)
-      for (int32_t& w : set) w = 23000;  // 0.35
+      for (int32_t& w : set) w = 30000;  // 0.46
   }
 };
-
-// Pixels p[0] .. p[7], 0 or 1, as bits, the first in bit 0.
-inline uint32_t pack_pixels(const uint8_t* p) {
-  uint64_t v;
-  __builtin_memcpy(&v, p, 8);
-#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-  v = __builtin_bswap64(v);
-#endif
-  return uint32_t(v * 0x0102040810204080u >> 56);
-}
 
 // The pixels around one, as bits from the right-most of its own row to the left, then from left to right: 4
 // before it, 8 in the row above from x - 3 on, 7 in the one above that from x - 3 on, 3 in the third from
@@ -48,7 +40,7 @@ RELIEF_INLINE uint32_t look_around(const uint8_t* p, ptrdiff_t s, uint32_t befor
   return (before & 15) | pack_pixels(p - s - 3) << 4 | (pack_pixels(p - 2 * s - 3) & 127) << 12 |
          uint32_t(p[-3 * s - 1] | p[-3 * s] << 1 | p[-3 * s + 1] << 2) << 19;
 }
-constexpr uint32_t kAround16 = 7 | 127u << 4 | 31u << 13 | 1u << 20;  // those of the 16-pixel template
+constexpr uint32_t kAround16 = 7 | 127u << 4 | 31u << 13 | 1u << 20;  // 16 that tell whether it is deep
 
 // One pixel where several models are asked.
 template <class Coder>
@@ -56,9 +48,10 @@ RELIEF_INLINE int code_pixel(Coder& coder, MaskModels& models, uint32_t around, 
   const uint32_t side = around & 1;
   const uint32_t c21 =
       (around ^ (0u - side)) & ((1u << 22) - 1);  // those that differ from the one to the left
+  const uint32_t c5 = (c21 >> 1 & 1) | (c21 >> 5 & 14) | (c21 >> 11 & 16);
   const uint32_t c9 = (c21 >> 1 & 1) | (c21 >> 4 & 62) | (c21 >> 8 & 448);
-  const uint32_t c15 = (c21 >> 1 & 3) | (c21 >> 2 & 508) | (c21 >> 4 & 15872) | (c21 >> 6 & 16384);
-  Model* const m[kMaskTemplates] = {&models.of.t3[c21 >> 6 & 7], &models.of.t9[c9], &models.of.t15[c15],
+  const uint32_t c12 = (c21 >> 1 & 1) | (c21 >> 4 & 126) | (c21 >> 6 & 3968);
+  Model* const m[kMaskTemplates] = {&models.of.t5[c5], &models.of.t12[c12],
                                     &models.of.t21[c21 * 0x9E3779B1u >> 18]};
   return int(side) ^ code_mixed<kMaskTemplates, kMaskLimit, 14>(coder, models.logistic, m, models.weight[c9],
                                                                 bit ^ int(side));
@@ -98,7 +91,7 @@ RELIEF_INLINE uint8_t* code_deep(Coder& coder, MaskModels& models, uint8_t* p, c
       continue;
     }
     for (; known > 0 && p < end; known--) {
-      const uint32_t differs = uint32_t(code_seldom<kMaskLimit>(coder, models.of.t15[0], *p ^ int(side)));
+      const uint32_t differs = uint32_t(code_seldom<kMaskLimit>(coder, models.of.deep, *p ^ int(side)));
       *p++ = uint8_t(side ^ differs);
       if (differs) return p;
     }

@@ -76,8 +76,8 @@ relief_status add_vertices(const Patch& p, float spacing, const float* z) {
   return RELIEF_OK;
 }
 
-uint32_t find(uint32_t* parent, uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+uint32_t find(Run* run, uint32_t i) {
+  while (run[i].parent != i) i = run[i].parent = run[run[i].parent].parent;
   return i;
 }
 
@@ -98,15 +98,23 @@ void write_triangle(uint32_t* out, const uint8_t* m, ptrdiff_t stride, const uin
   out[2] = m[0] && m[1] && !m[stride] ? d : c;
 }
 
-// Joins the run of n cells from (x, y) on with those above that share a side.
-void join_runs(const Patch& p, int x, int y, int n) {
-  const uint8_t *above = p.cells(y - 1) + x, *m = p.at(x, y);
-  const uint32_t *run = p.s.run_of_cell + p.pixel(x, y), *run_above = run - p.w;
-  uint32_t joined = kNone;
-  for (int i = 0; i < n; i++) {
-    if (!above[i] || !m[i] || !m[i + 1] || run_above[i] == joined) continue;
-    joined = run_above[i];
-    p.s.run[find(p.s.run, run[i])] = find(p.s.run, joined);
+// Joins the last run, of which these are n cells from (x, y) on, with those above that share a side. above:
+// the run above to go on from
+void join_runs(const Patch& p, int x, int y, int n, uint32_t last, uint32_t& above) {
+  const uint8_t *cells = p.cells(y - 1), *m = p.at(0, y);
+  Run* const run = p.s.run;
+  for (const int end = x + n; x < end;) {
+    if (!cells[x]) {
+      x = run_end(cells, x, end, 0);
+      continue;
+    }
+    while (int(run[above].end) <= x) above++;
+    if (m[x] && m[x + 1]) {
+      run[find(run, last)].parent = find(run, above);
+      x = int(run[above].end);
+    } else {
+      x++;
+    }
   }
 }
 
@@ -120,6 +128,8 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
     memset(main, 1, size_t(p.w));  // at the ends of the grid there is no prediction
     if (y > 0 && y + 2 < p.h && p.w > 3)
       p.leaves.diagonals(p.s.height + p.pixel(1, y), p.w, m + 1, p.stride, main + 1, uint32_t(p.w - 3));
+    uint32_t above = y > 0 ? p.s.first_run[y - 1] : 0;
+    p.s.first_run[y] = runs;
     bool open = false;  // the cell to the left is covered and shares its right side
     for (int x = 0; x + 1 < p.w;) {
       const int begin = x, count = cells[x];
@@ -128,8 +138,7 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
         open = false;
         continue;
       }
-      const size_t i = p.pixel(begin, y);
-      const uint32_t* v = p.s.vertex + i;
+      const uint32_t* v = p.s.vertex + p.pixel(begin, y);
       const int n = x - begin;
       const uint32_t triangles = uint32_t((count - 2) * n);
       if (mesh.triangle_capacity - mesh.triangle_count < triangles) return RELIEF_ERROR_OUTPUT;
@@ -139,10 +148,9 @@ relief_status add_triangles(const Patch& p, uint32_t& runs) {
       else
         write_triangle(out, m + begin, p.stride, v, p.w);
       mesh.triangle_count += triangles;
-      if (!open) p.s.run[runs] = runs, runs++;
-      const uint32_t run = open ? p.s.run_of_cell[i - 1] : runs - 1;
-      for (int k = 0; k < n; k++) p.s.run_of_cell[i + size_t(k)] = run;
-      if (y > 0) join_runs(p, begin, y, n);
+      if (!open) p.s.run[runs] = {runs, 0}, runs++;
+      p.s.run[runs - 1].end = uint32_t(x);
+      if (y > 0) join_runs(p, begin, y, n, runs - 1, above);
       open = m[x] && m[x + p.stride];
     }
   }
@@ -233,7 +241,9 @@ void find_outward(const Nodes& nodes, Node& n) {
 // The run of a covered cell that a pixel is a corner of.
 uint32_t run_at(const Patch& p, int x, int y) {
   const int left = p.covered(x - 1, y - 1) || p.covered(x - 1, y), above = p.covered(x - left, y - 1);
-  return find(p.s.run, p.s.run_of_cell[p.pixel(x - left, y - above)]);
+  uint32_t run = p.s.first_run[y - above];
+  while (int(p.s.run[run].end) <= x - left) run++;
+  return find(p.s.run, run);
 }
 
 // Makes the nodes of the loop through a pixel, one after the other along the border. False if there is no
@@ -303,11 +313,10 @@ relief_status mesh_patch(const PatchHeader& patch, uint32_t patch_index, float s
   if (status != RELIEF_OK) return status;
   const uint32_t first = nodes.count;
   if (!find_border(p) || !add_nodes(p)) return RELIEF_ERROR_CORRUPT;
-  // number the pieces: run_of_cell is no longer needed and holds the new numbers
-  uint32_t* number = scratch.run_of_cell;
-  for (uint32_t r = 0; r < runs; r++) number[r] = kNone;
+  // number the pieces: where runs end is no longer needed
+  for (uint32_t r = 0; r < runs; r++) scratch.run[r].end = kNone;
   for (uint32_t i = first; i < nodes.count; i++) {
-    uint32_t& c = number[nodes[i].component];
+    uint32_t& c = scratch.run[nodes[i].component].end;
     if (c == kNone) c = components++;
     nodes[i].component = c;
   }

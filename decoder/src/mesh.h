@@ -13,13 +13,18 @@ struct MeshWriter {
   uint32_t vertex_count, triangle_count;
 };
 
+// Covered cells side by side in a row that share their sides: union-find, and where the run ends.
+struct Run {
+  uint32_t parent, end;
+};
+
 struct MeshScratch {
-  int32_t* height;        // pixels of a patch
-  uint32_t* vertex;       // pixels of a patch
-  uint32_t* run;          // pixels of a patch: union-find over runs of cells
-  uint32_t* run_of_cell;  // pixels of a patch
-  uint8_t* cells;         // cell_bytes of a patch
-  uint8_t* way;           // pixels of a patch: where the border goes on
+  int32_t* height;      // pixels of a patch
+  uint32_t* vertex;     // pixels of a patch
+  Run* run;             // pixels of a patch
+  uint32_t* first_run;  // rows of a patch
+  uint8_t* cells;       // cell_bytes of a patch
+  uint8_t* way;         // pixels of a patch: where the border goes on
 };
 
 // Bytes for the cells of a patch, with a row of none above, and for a row of flags.

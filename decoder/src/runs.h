@@ -14,6 +14,13 @@ inline uint64_t load8(const uint8_t* p) {
 
 constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
 
+// Pixels p[0] .. p[7], 0 or 1, as bits, the first in bit 0.
+inline uint32_t pack_pixels(const uint8_t* p) {
+  uint64_t v = load8(p);
+  if (!kLittleEndian) v = __builtin_bswap64(v);
+  return uint32_t(v * 0x0102040810204080u >> 56);
+}
+
 // Which byte of a word, in the order of memory, is the first that is not zero; 8 if there is none.
 inline int first_byte(uint64_t word) {
   if (!word) return 8;

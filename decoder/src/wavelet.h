@@ -12,13 +12,13 @@ namespace relief {
 
 // Lifting coefficients of the 9/7 and the scale of the low band. Part of the format.
 constexpr float kLift[4] = {-1.586134342f, -0.05298011854f, 0.8829110762f, 0.4435068522f};
-constexpr float kLowScale = 1.149604398f, kHighScale = 1 / 1.149604398f;
+constexpr float kLowScale = 1.149604398f, kHighScale = 1 / kLowScale;
 constexpr float kSqrt2 = 1.41421356f, kSqrtHalf = 0.70710678f;
 
-// Rows (or columns) of low and high samples: sample g of the segment [begin, end) is low[g / 2] for even g,
-// else high[g / 2]. Adds factor * (left + right) to every even (odd) sample.
-void lift_even(float* low, const float* high, int begin, int end, float factor, bool extend);
-void lift_odd(const float* low, float* high, int begin, int end, float factor, bool extend);
+// All of an inverse level's scales come first, as lifting is linear: those of the low band and of the high
+// one both ways, which is 1 of the others, and of a segment of one sample what makes good for them.
+constexpr float kCoarseScale = kHighScale * kHighScale, kDetailScale = kLowScale * kLowScale;
+constexpr float kAloneScale = kSqrtHalf * kLowScale;
 
 // Fills the masks of all bands from the mask in low[0]. m: the patch's planes, zero outside of low[0].
 // scratch: at least 2 * (w / 2 + 1) * (h + 2) bytes.
@@ -27,22 +27,30 @@ void build_masks(const Pyramid& p, uint8_t* m, uint8_t* scratch, const Leaves& l
 // Inverse transform of a patch, down to the elevations of a level (0: all of it).
 //   q, m      planes of quantised coefficients and masks
 //   step      quantisation step of the patch, lattice units
-//   scratch   wavelet_scratch(w, h) floats
+//   scratch   wavelet_scratch(w, h) floats, 8-byte aligned
 // Returns elevations of low[level], row by row without margin (inside scratch, kMargin floats from its
 // start), undefined outside of the mask.
 const float* inverse_wavelet(const Pyramid& p, const int32_t* q, const uint8_t* m, float step, float* scratch,
                              const Leaves& leaves = best_leaves(), int level = 0);
 
-// Samples of a row of a half, with those that fill its last block.
-constexpr size_t half_stride(size_t w) { return (w + kBlock - 1) / kBlock * kBlock; }
-
 // Values of the patch with what restoration reads before and behind them (see restore.h).
 constexpr size_t wavelet_values(size_t w, size_t h) { return kMargin + w * h + kMargin + kBlock; }
 
-// Those, the values of the two halves and of the next coarser level, and bytes of masks of the halves.
+// Samples of a row of a half, with those that fill its last block, and words of its mask.
+constexpr size_t half_stride(size_t w) { return (w + kBlock - 1) / kBlock * kBlock; }
+constexpr size_t mask_words(size_t w) { return (w + 63) / 64; }
+
+// Rows of zeros above and below the mask of a half: ends of segments look three rows away.
+constexpr size_t kMaskRows = 3;
+
+// What inverse_wavelet takes: the values; both halves, those of the next coarser level, a list of ends of
+// segments; behind these, 8-byte aligned, masks of the halves and a row of bytes.
+constexpr size_t half_values(size_t w, size_t h) { return half_stride((w + 1) / 2) * h + kBlock; }
+constexpr size_t masks_begin(size_t w, size_t h) {
+  return (wavelet_values(w, h) + 2 * half_values(w, h) + ((w + 1) / 2) * ((h + 1) / 2) + w * h + 1) / 2 * 2;
+}
 constexpr size_t wavelet_scratch(size_t w, size_t h) {
-  const size_t lw = (w + 1) / 2, lh = (h + 1) / 2, half = half_stride(lw);
-  return wavelet_values(w, h) + 2 * half * h + lw * lh + (2 * half * (h + 6) + 3) / 4;
+  return masks_begin(w, h) + 4 * mask_words((w + 1) / 2) * (h + 2 * kMaskRows) + half_stride((w + 1) / 2) / 2;
 }
 
 inline float dequantise(int32_t q, float step) {

@@ -285,8 +285,9 @@ def read_table(stream, coder, limits):
 
 # --- 6 Masks ---
 
-C3 = ((0, -1), (1, -1), (-1, -1))
+C5 = ((-2, 0), (-1, -1), (0, -1), (1, -1), (0, -2))
 C9 = ((-2, 0), (-2, -1), (-1, -1), (0, -1), (1, -1), (2, -1), (-1, -2), (0, -2), (1, -2))
+C12 = ((-2, 0),) + tuple((x, -1) for x in range(-2, 4)) + tuple((x, -2) for x in range(-2, 3))
 C15 = C9 + ((-3, 0), (3, -1), (-3, -1), (2, -2), (-2, -2), (0, -3))
 C21 = (tuple((-x, 0) for x in range(1, 5)) + tuple((x, -1) for x in range(-3, 5))
        + tuple((x, -2) for x in range(-3, 4)) + tuple((x, -3) for x in range(-1, 2)))
@@ -306,9 +307,9 @@ class Lazy(dict):
 
 class MaskModels:
     def __init__(self):
-        self.t3, self.t9, self.t15, self.t21 = (Lazy(lambda _: fresh()) for _ in range(4))
-        self.weights = Lazy(lambda _: [23000] * 4)
-        self.group, self.in_group = fresh(), [fresh() for _ in range(7)]
+        self.t5, self.t12, self.t21 = (Lazy(lambda _: fresh()) for _ in range(3))
+        self.weights = Lazy(lambda _: [30000] * 3)
+        self.deep, self.group, self.in_group = fresh(), fresh(), [fresh() for _ in range(7)]
 
 
 def read_mask(coder, models, width, height):
@@ -341,10 +342,10 @@ def read_mask(coder, models, width, height):
                 continue
             c15 = context(x, C15)
             if c15 == 0:
-                differs = coder.adaptive(models.t15[0], 255)
+                differs = coder.adaptive(models.deep, 255)
             else:
                 c9, c21 = context(x, C9), context(x, C21)
-                m = (models.t3[context(x, C3)], models.t9[c9], models.t15[c15],
+                m = (models.t5[context(x, C5)], models.t12[context(x, C12)],
                      models.t21[(c21 * 0x9E3779B1 & 0xffffffff) >> 18])
                 differs = coder.mixed(m, models.weights[c9], 255, 14)
             row[x + 4] = w ^ differs
@@ -721,7 +722,9 @@ def read_coefficients(stream, patches):
 LIFT = [f32(float(x)) for x in TABLES['lifting']]
 LOW_SCALE = f32(float(TABLES['low_scale']))
 HIGH_SCALE = f32(1 / LOW_SCALE)
-SQRT_HALF = f32(0.70710678)
+COARSE = f32(HIGH_SCALE * HIGH_SCALE)
+DETAIL = f32(LOW_SCALE * LOW_SCALE)
+ALONE = f32(f32(0.70710678) * LOW_SCALE)
 ONE = f32(1.2)
 
 
@@ -740,14 +743,12 @@ def lift(v, mask):
         while x < len(v) and mask[x]:
             x += 1
         if x - begin == 1:
-            v[begin] = f32(v[begin] * SQRT_HALF)
+            v[begin] = f32(v[begin] * ALONE)
         else:
             lift_segment(v, begin, x)
 
 
 def lift_segment(v, begin, end):
-    for x in range(begin, end):
-        v[x] = f32(v[x] * (LOW_SCALE if x & 1 else HIGH_SCALE))
     for i in (3, 2, 1, 0):
         for x in range(begin + ((begin ^ (i + 1)) & 1), end, 2):
             def neighbour(way):
@@ -817,10 +818,10 @@ def restored(patch, z):
 
 
 def inverse(patch, D, level):
-    low = [[value(q, D) for q in row] for row in patch.q['low', LEVELS].rows]
+    low = [[value(q, f32(D * COARSE)) for q in row] for row in patch.q['low', LEVELS].rows]
     for l in range(LEVELS - 1, level - 1, -1):
         d_high = f32(D * f32((1.35, 1.0)[l] if l < 2 else 1.0))
-        d_both = f32(D * f32((1.8, 1.1)[l] if l < 2 else 1.0))
+        d_both = f32(f32(D * f32((1.8, 1.1)[l] if l < 2 else 1.0)) * DETAIL)
         HL = [[value(q, d_high) for q in row] for row in patch.q[0, l].rows]
         LH = [[value(q, d_high) for q in row] for row in patch.q[1, l].rows]
         HH = [[value(q, d_both) for q in row] for row in patch.q[2, l].rows]
@@ -832,6 +833,8 @@ def inverse(patch, D, level):
                     zip(columns(even_rows, width), columns(odd_rows, width), columns(half, width))]
             halves.append(transposed(cols, mask.height))
         low = [merged(a, b, m) for a, b, m in zip(halves[0], halves[1], mask.rows)]
+        if l > level:
+            low = [[f32(z * COARSE) for z in row] for row in low]
     return [[f32(z * 0.5 ** level) for z in row] for row in low]
 
 

@@ -5,13 +5,28 @@
 namespace relief {
 namespace {
 
+// One lifting step of a segment [begin, end) of at least two samples, of those of one parity: sample g is
+// half[g & 1][g / 2].
+void lift(float* const half[2], int begin, int end, int parity, float factor, bool extend) {
+  auto at = [&](int g) { return half[g & 1][g / 2]; };
+  for (int g = begin + ((begin ^ parity) & 1); g < end; g += 2) {
+    const bool before = g > begin, after = g + 1 < end;
+    const int to = before ? -1 : 1;
+    const float near = at(g + to);
+    float other = before && after ? at(g + 1) : near;
+    if (!(before && after) && extend && g + 3 * to >= begin && g + 3 * to < end)
+      other = near + (near - at(g + 3 * to));
+    half[parity][g / 2] += factor * (near + other);
+  }
+}
+
 // Splits one row or column, `stride` apart in `data`, into low and high samples, segment by segment. The mask
 // has the same layout. out(high, index, value) receives the coefficients.
 template <class Out>
 void split_line(const float* data, const uint8_t* mask, int n, ptrdiff_t stride, std::vector<float>& buffer,
                 Out out) {
   buffer.resize(size_t(n) + 4);
-  float *const low = buffer.data(), *const high = low + n / 2 + 2;
+  float* const half[2] = {buffer.data(), buffer.data() + n / 2 + 2};
   for (int i = 0; i < n;) {
     if (!mask[i * stride]) {
       i++;
@@ -24,17 +39,13 @@ void split_line(const float* data, const uint8_t* mask, int n, ptrdiff_t stride,
       out(false, begin / 2, data[begin * stride] * kSqrt2);
       continue;
     }
-    for (int g = begin; g < end; g++) {
-      float* const half =
-          g & 1 ? high : low;  // not in one expression: gcc 12 -fsanitize=undefined miscompiles it
-      half[g / 2] = data[g * stride];
-    }
-    lift_odd(low, high, begin, end, kLift[0], true);
-    lift_even(low, high, begin, end, kLift[1], true);
-    lift_odd(low, high, begin, end, kLift[2], true);
-    lift_even(low, high, begin, end, kLift[3], false);
+    for (int g = begin; g < end; g++) half[g & 1][g / 2] = data[g * stride];
+    lift(half, begin, end, 1, kLift[0], true);
+    lift(half, begin, end, 0, kLift[1], true);
+    lift(half, begin, end, 1, kLift[2], true);
+    lift(half, begin, end, 0, kLift[3], false);
     for (int g = begin; g < end; g++)
-      out(g & 1, g / 2, g & 1 ? high[g / 2] * kHighScale : low[g / 2] * kLowScale);
+      out(g & 1, g / 2, half[g & 1][g / 2] * (g & 1 ? kHighScale : kLowScale));
   }
 }
 

@@ -35,12 +35,13 @@ MeshedPatch mesh_alone(const CodedPatch& patch, float stream_spacing, float step
       m.positions[0].data(), m.triangles[0].data(), uint32_t(pixels), uint32_t(2 * pixels), 0, 0};
   Nodes nodes = {0, uint32_t(m.nodes.size()), 0, m.nodes.data(), m.loop_length.data()};
   const size_t size = size_t(w) * h;
-  const auto numbers = std::make_unique_for_overwrite<uint32_t[]>(4 * size);
+  const auto numbers = std::make_unique_for_overwrite<uint32_t[]>(2 * size + h);
+  const auto runs = std::make_unique_for_overwrite<Run[]>(size);
   const auto bytes = std::make_unique_for_overwrite<uint8_t[]>(cell_bytes(w, h) + size);
   const MeshScratch meshing = {reinterpret_cast<int32_t*>(numbers.get()),
                                numbers.get() + size,
+                               runs.get(),
                                numbers.get() + 2 * size,
-                               numbers.get() + 3 * size,
                                bytes.get(),
                                bytes.get() + cell_bytes(w, h)};
   const relief_status status =
