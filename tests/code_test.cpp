@@ -759,7 +759,7 @@ struct BiskPatches {
     size_t pixels = 0;
     for (const CodedPatch& c : coded) {
       headers.push_back(c.header);
-      begin.push_back({mask.size(), mask.size()});
+      begin.push_back({mask.size(), mask.size(), 0});
       mask.insert(mask.end(), c.image->mask.begin(), c.image->mask.end());
       for (size_t i = 0; i < size_t(c.header.width) * c.header.height; i++) pixels += c.mask[i];
     }

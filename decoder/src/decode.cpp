@@ -99,7 +99,6 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   p.bisk_state = bisk ? a.take<BiskState>(1) : nullptr;
   p.bisk_patches = bisk ? a.take<BiskPatch>(patches) : nullptr;
   p.bisk_sets = bisk ? a.take<BiskSet>(parsed.header.mask_pixels) : nullptr;
-  p.mask = a.take<uint8_t>(t.planes);
   w.nodes.allocate(a, nodes);
   const bool points = o.flags & RELIEF_POINTS;
   const Capacity most = capacity_of(o, parsed);
@@ -112,6 +111,7 @@ uint64_t lay_out(Arena& a, const relief_options& o, const Parsed& parsed, Worksp
   w.colours.state = coloured ? a.take<SubbandState>(1) : nullptr;
   for (int c = 0; c < kChannels && coloured; c++) w.colours.q[c] = a.take<int32_t>(t.coded);
   p.q = a.take<int32_t>(t.coded);
+  p.mask = a.take<uint8_t>(t.planes);
   // last what is used for one patch after the other, and in its place, after all patches, what gaps take
   const uint64_t begin = a.used, end = begin + 16 + gap_memory_bytes(nodes);
   p.mask_models = a.take<MaskModels>(1);
@@ -206,13 +206,30 @@ relief_status read_masks(const uint8_t* data, const relief_options& o, const Wor
   RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
   const relief_status status = parse_table(table, *o.limits, parsed, w.patches);
   if (status != RELIEF_OK) return status;
-  memset(w.planes.q, 0, parsed.totals.coded * sizeof(*w.planes.q));
   memset(w.planes.mask, 0, parsed.totals.planes);
   stage_done(Stage::kTable);
   if (decode_masks(table, w.planes, leaves) != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
   stage_done(Stage::kMasks);
-  start_coefficients(w.planes);
   return RELIEF_OK;
+}
+
+void start_coefficients(const Workspace& w, const Parsed& parsed) {
+  memset(w.planes.q, 0, parsed.totals.coded * sizeof(*w.planes.q));
+  start_coefficients(w.planes);
+}
+
+// Room for the coefficients in the caller's indices, memory that is touched anyway, or null: at the end of as
+// many as the stream says that there are. Patches are meshed one after the other: none may write over the
+// coefficients of a later one.
+int32_t* room_in_indices(const relief_options& o, const Workspace& w, const Parsed& parsed,
+                         const relief_mesh& mesh) {
+  if (kPlain || o.level > 0 || o.flags & RELIEF_POINTS || w.indices) return nullptr;
+  const uint64_t count = parsed.header.triangle_count, coded = parsed.totals.coded;
+  const uint64_t all = 3 * (mesh.triangle_capacity < count ? mesh.triangle_capacity : count);
+  if (all < coded) return nullptr;
+  for (uint32_t i = 1; i < w.planes.patch_count; i++)
+    if (6 * w.planes.begin[i].pixels > all - coded + w.planes.begin[i].q) return nullptr;
+  return static_cast<int32_t*>(mesh.indices) + (all - coded);
 }
 
 void read_coefficients(const uint8_t* data, const Workspace& w, const Parsed& parsed, const Leaves& leaves) {
@@ -315,9 +332,13 @@ relief_status decode(const void* data, size_t size, const relief_options& o, rel
   relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
   if (status == RELIEF_OK) status = read_masks(bytes, o, w, open.parsed, leaves);
   if (status != RELIEF_OK) return status;
+  // nothing goes on from here later: gaps take the place of masks or of coefficients, memory that is touched
+  // already
+  int32_t* const room = room_in_indices(o, w, open.parsed, *out);
+  w.gaps = room ? w.planes.mask : reinterpret_cast<uint8_t*>(w.planes.q);
+  if (room) w.planes.q = room;
+  start_coefficients(w, open.parsed);
   read_coefficients(bytes, w, open.parsed, leaves);
-  // nothing goes on from the coefficients: gaps take their place first, memory that has been touched already
-  w.gaps = reinterpret_cast<uint8_t*>(w.planes.q);
   return make_mesh(bytes, o, w, open, out, leaves);
 }
 
@@ -347,6 +368,7 @@ relief_status decode_more(const void* data, size_t size, const relief_options& o
   if (*taken == 0) {
     status = read_masks(bytes, o, w, open.parsed, leaves);
     if (status != RELIEF_OK) return status;
+    start_coefficients(w, open.parsed);
     *w.progress = progress;
   } else if (!(*w.progress == progress)) {
     return RELIEF_ERROR_ARGUMENT;
@@ -382,6 +404,7 @@ relief_status decode_patches(const void* data, size_t size, const relief_options
   relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
   if (status == RELIEF_OK) status = read_masks(bytes, o, w, open.parsed, best_leaves());
   if (status != RELIEF_OK) return status;
+  start_coefficients(w, open.parsed);
   read_coefficients(bytes, w, open.parsed, best_leaves());
   open.mesh = writer_for(o, w, open.parsed, *mesh);
   return open_patches(o, w, open, nullptr, nullptr, best_leaves());

@@ -132,6 +132,7 @@ struct Pyramid {
 // Where a patch's planes begin among those of all patches: its masks, and its coefficients.
 struct PlanesBegin {
   size_t mask, q;
+  uint64_t pixels;  // of the masks before
 };
 
 inline Pyramid pyramid_of(uint32_t w, uint32_t h) {

@@ -19,7 +19,7 @@ void add_link(Gaps& g, uint32_t a, uint32_t b, int64_t length) {
   if (g.link_count == g.link_capacity || degree[a] == kMaxDegree || degree[b] == kMaxDegree) return;
   degree[a]++, degree[b]++;
   const int64_t rank = length >> g.rank_shift;
-  g.links[g.link_count] = {{a, b}, {}, g.link_count, uint8_t(rank < 255 ? rank : 255), LinkKind::kPlain};
+  g.links[g.link_count] = {{a, b}, {}, uint8_t(rank < 255 ? rank : 255), LinkKind::kPlain};
   g.link_count++;
 }
 
@@ -154,9 +154,7 @@ void sort_links(Gaps& g) {
   uint32_t begin[257] = {0};
   for (uint32_t i = 0; i < g.link_count; i++) begin[g.links[i].rank + 1]++;
   for (int k = 0; k < 256; k++) begin[k + 1] += begin[k];
-  for (uint32_t i = 0; i < g.link_count; i++) g.sorting[begin[g.links[i].rank]++] = g.links[i];
-  Link* const sorted = g.sorting;
-  g.sorting = g.links, g.links = sorted;
+  for (uint32_t i = 0; i < g.link_count; i++) g.by_rank[begin[g.links[i].rank]++] = i;
 }
 
 // --- faces in the making ---
@@ -258,12 +256,11 @@ bool make_links(Gaps& g) {
   const LinkKind passes[] = {LinkKind::kPlain, LinkKind::kHandle, LinkKind::kRefused};
   for (const LinkKind kind : passes)
     for (uint32_t i = 0; i < g.link_count && g.work > 0; i++) {
-      Link& link = g.links[i];
+      Link& link = g.links[g.by_rank[i]];
       if (link.kind == kind) put_in(g, link);
     }
   if (GapTrace* t = g.options.trace; kTracing && t)
-    for (uint32_t i = 0; i < g.link_count; i++)
-      if (g.links[i].number < t->link_count) t->kind[g.links[i].number] = g.links[i].kind;
+    for (uint32_t i = 0; i < t->link_count; i++) t->kind[i] = g.links[i].kind;
   return true;
 }
 

@@ -11,7 +11,6 @@ constexpr uint32_t kBigFace = 12;    // corners beyond which a face may be a hol
 
 struct Link {
   uint32_t node[2], slot[2];  // both ends
-  uint32_t number;
   uint8_t rank;  // by length, the shortest first
   LinkKind kind;
 };
@@ -73,7 +72,8 @@ struct Gaps {
   int cell_shift;
   int rank_shift;         // of lengths: ranks are a sixteenth to an eighth of the largest spacing apart
   uint32_t* group;        // union-find over components
-  Link *links, *sorting;  // the latter: scratch of sort_links
+  Link* links;
+  uint32_t* by_rank;  // numbers of links
   uint32_t link_count, link_capacity;
   Slot* slots;
   Corner* corner;

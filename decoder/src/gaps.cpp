@@ -28,7 +28,7 @@ void allocate(Gaps& g, Arena& a, uint32_t n) {
   g.cell_nodes = a.take<CellNode>(n);
   g.group = a.take<uint32_t>(n);
   g.links = a.take<Link>(g.link_capacity);
-  g.sorting = a.take<Link>(g.link_capacity);
+  g.by_rank = a.take<uint32_t>(g.link_capacity);
   g.slots = a.take<Slot>(uint64_t(g.link_capacity) * 2);
   g.corner = a.take<Corner>(g.corner_capacity);
   g.diagonal = a.take<Diagonal>(g.diagonal_capacity);

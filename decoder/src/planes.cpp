@@ -8,7 +8,6 @@ namespace relief {
 
 RELIEF_COLD uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves) {
   planes.mask_models->init();
-  uint64_t pixels = 0;
   PlanesBegin begin = {};
   for (uint32_t i = 0; i < planes.patch_count; i++) {
     const uint32_t w = planes.patches[i].width, h = planes.patches[i].height;
@@ -25,11 +24,11 @@ RELIEF_COLD uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, con
       memcpy(mask + p.low[0].at(0, y), row, w);
       uint32_t sum = 0;
       for (uint32_t x = 0; x < w; x++) sum += row[x];
-      pixels += sum;
+      begin.pixels += sum;
     }
     build_masks(p, mask, planes.mask_scratch, leaves);
   }
-  return pixels;
+  return begin.pixels;
 }
 
 namespace {

@@ -126,7 +126,8 @@ RELIEF_API relief_status relief_inspect(const void* data, size_t size, const rel
                                         relief_info* info);
 
 /* Where relief_decode writes. The caller owns all arrays; they are aligned as their elements are, and do not overlap
- * one another but by strides, nor the workspace or the stream. */
+ * one another but by strides, nor the workspace or the stream. A decode may write anywhere within the capacities, also
+ * behind the counts, and reads back what it wrote: decode to memory that is fast to read, and copy to what is not. */
 typedef struct relief_mesh {
   void* positions;            /* 3 floats a vertex, in the units of the model (RELIEF_QUANTISED: 4 int16) */
   void* normals;              /* 3 floats a vertex, unit length (RELIEF_QUANTISED: 4 int8); null if not wanted */

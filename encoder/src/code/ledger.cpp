@@ -114,7 +114,7 @@ void add_bisk(CountingDecoder& coder, const std::vector<PatchHeader>& headers,
   std::vector<uint8_t> mask;
   std::vector<PlanesBegin> begin;
   for (const PatchPlanes& p : patches) {
-    begin.push_back({mask.size(), mask.size()});
+    begin.push_back({mask.size(), mask.size(), 0});
     mask.insert(mask.end(), p.mask.begin(), p.mask.end());
   }
   std::vector<int32_t> q(mask.size(), 0);
