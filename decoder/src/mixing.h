@@ -8,8 +8,9 @@ namespace relief {
 // ln(p / (1 - p)) in 1/256 and its inverse, on 12-bit probabilities; filled by integer interpolation, part of
 // the format. stretch keeps away from 0 and 1 as model_p16 does.
 struct Logistic {
+  static constexpr int kMost = 2047;  // what stretch gives at most
   int16_t stretch[4096];
-  int16_t squashed[4096];  // of x + 2048
+  uint16_t squashed[2 * kMost + 1];  // times 16, of x + kMost
 
   static int squash(int x) {  // x in 1/256, -2047 .. 2047 -> 1 .. 4095
     constexpr int16_t kKnot[33] = {1,    2,    3,    6,    10,   16,   27,   45,   73,   120,  194,
@@ -22,11 +23,10 @@ struct Logistic {
   }
 
   RELIEF_COLD void init() {
-    squashed[0] = 1;
     int p = 0;
-    for (int x = -2047; x <= 2047; x++) {
+    for (int x = -kMost; x <= kMost; x++) {
       const int v = squash(x);
-      squashed[x + 2048] = int16_t(v);
+      squashed[x + kMost] = uint16_t(v << 4);
       for (; p <= v; p++) stretch[p] = int16_t(x);
     }
     for (; p < 4096; p++) stretch[p] = 2047;
@@ -39,7 +39,7 @@ struct Logistic {
 template <int N>
 struct Mixed {
   int stretched[N];
-  int p12;  // probability of a 1 in 12 bits
+  int p16;  // probability of a 1
 };
 
 // weight: 16.16, one for each model.
@@ -51,8 +51,9 @@ inline Mixed<N> mix(const Logistic& logistic, Model* const* m, const int32_t* we
     r.stretched[i] = logistic.stretch[*m[i] >> 20];
     dot += int64_t(weight[i]) * r.stretched[i];
   }
+  constexpr int kMost = Logistic::kMost;
   const int64_t x = dot >> 16;
-  r.p12 = logistic.squashed[(x > 2047 ? 2047 : x < -2047 ? -2047 : x) + 2048];
+  r.p16 = logistic.squashed[(x > kMost ? kMost : x < -kMost ? -kMost : x) + kMost];
   return r;
 }
 
@@ -62,10 +63,10 @@ template <int N, uint32_t Limit, int Rate, class Coder>
 RELIEF_INLINE int code_mixed(Coder& coder, const Logistic& logistic, Model* const* m, int32_t* weight,
                              int bit) {
   const Mixed<N> mixed = mix<N>(logistic, m, weight);
-  bit = coder.code(bit, uint32_t(mixed.p12) << 4);
-  const int error = (bit << 12) - mixed.p12;
+  bit = coder.code(bit, uint32_t(mixed.p16));
+  const int error = (bit << 16) - mixed.p16;
   for (int i = 0; i < N; i++) {
-    const int32_t change = (mixed.stretched[i] * error + (1 << (Rate - 5))) >> (Rate - 4);
+    const int32_t change = (mixed.stretched[i] * error + (1 << (Rate - 1))) >> Rate;
     weight[i] = int32_t(uint32_t(weight[i]) + uint32_t(change));
     model_update<Limit>(*m[i], bit);
   }

@@ -16,7 +16,7 @@ void quantise_low(const WaveletImage& image, float step, int32_t* q) {
 
 float bits_of(const Logistic& logistic, const Context& c, const BitModels& b, int bit) {
   const uint32_t p16 =
-      c.activity == 0 ? model_p16(*b.m[0]) : uint32_t(mix<2>(logistic, b.m, b.weight).p12) << 4;
+      c.activity == 0 ? model_p16(*b.m[0]) : uint32_t(mix<2>(logistic, b.m, b.weight).p16);
   return bit_cost(bit, p16);
 }
 
