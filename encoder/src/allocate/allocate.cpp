@@ -22,7 +22,7 @@ constexpr double kBendShare = 0.18;  // triangles over a gap follow part of the 
 constexpr double kMaskBitsPerNode = 3.4, kTableBits = 64;
 // What a vertex is worth in bits to those who decode, draw and keep it. Bytes hardly change with the spacing
 // around their least: this takes a sixth of the vertices, a third at fine targets, for as many bytes.
-constexpr double kPixelBits = 0.1;
+constexpr double kPixelBits = 0.085;
 constexpr int kFinest = 40, kLeastFinest = 14, kStride = 2;
 // The spacing that most patches end up with, over the lattice's diagonal, is about that times a power of
 // lambda over the diagonal's fourth power: on scans of all kinds within 20%.
