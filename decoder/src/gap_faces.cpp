@@ -18,14 +18,14 @@ bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
   return false;
 }
 
-void add_diagonal(Gaps& g, uint32_t a, uint32_t b) {
+RELIEF_COLD void add_diagonal(Gaps& g, uint32_t a, uint32_t b) {
   g.diagonal[g.diagonal_count] = {b, g.diagonals[a]};
   g.diagonals[a] = g.diagonal_count++;
   g.diagonal[g.diagonal_count] = {a, g.diagonals[b]};
   g.diagonals[b] = g.diagonal_count++;
 }
 
-bool add_triangle(Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
+RELIEF_COLD bool add_triangle(Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   MeshWriter& m = g.mesh;
   if (m.triangle_count == m.triangle_capacity) return false;
   uint32_t* t = m.indices + 3 * size_t(m.triangle_count++);
@@ -33,7 +33,7 @@ bool add_triangle(Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   return true;
 }
 
-bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
+RELIEF_COLD bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
   MeshWriter& m = g.mesh;
   if (m.vertex_count == m.vertex_capacity) return false;
   vertex = m.vertex_count++;
@@ -77,7 +77,7 @@ int64_t weigh(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t u
 
 // The cost of cutting off corner b with neighbours a and c: a short new edge and a triangle that lies in the
 // surface.
-int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
+RELIEF_COLD int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   if (a == c || has_edge(g, a, c)) return kNoEar;
   int16_t unit[3];
   normal_of(g, a, b, c, unit);
@@ -85,7 +85,7 @@ int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
 }
 
 // Cuts off ears until `few` corners are left or none can be cut. Returns the number of corners left in q.
-uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
+RELIEF_COLD uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
   int64_t cost[kMaxEarFace];
   auto cost_at = [&](uint32_t i) { return ear_cost(g, q[(i + m - 1) % m], q[i], q[(i + 1) % m]); };
   for (uint32_t i = 0; i < m; i++) cost[i] = cost_at(i);
@@ -130,7 +130,7 @@ int64_t cost_of_folding(const Gaps& g, const int16_t a[3], const int16_t b[3]) {
 int64_t cost_of_splitting(const Gaps& g) { return 8 * int64_t(g.options.spacing) * kUnit; }
 
 // The normal beyond a side of a polygon: the patch's along its border, else unknown, zero.
-void normal_beyond(const Gaps& g, uint32_t a, uint32_t b, int16_t out[3]) {
+RELIEF_COLD void normal_beyond(const Gaps& g, uint32_t a, uint32_t b, int16_t out[3]) {
   for (int k = 0; k < 3; k++)
     out[k] = g.n[a].prev == b ? int16_t((g.n[a].normal[k] + g.n[b].normal[k]) / 2) : int16_t(0);
 }
@@ -164,7 +164,7 @@ void find_part(const Gaps& g, const uint32_t* q, uint32_t i, uint32_t j, const i
   }
 }
 
-bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulation& t) {
+RELIEF_COLD bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulation& t) {
   for (uint32_t i = 0; i + 1 < m; i++) {
     t.best[i][i + 1] = 0;
     normal_beyond(g, q[i], q[i + 1], t.normal[i][i + 1]);
@@ -185,7 +185,7 @@ bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulat
 
 // Which diagonal of a quad whose corners are different nodes is made, that from corner 0 or that from corner
 // 1: what find_triangulation finds.
-uint32_t diagonal_of_quad(const Gaps& g, const uint32_t* q) {
+RELIEF_COLD uint32_t diagonal_of_quad(const Gaps& g, const uint32_t* q) {
   int32_t side[4];
   int16_t beyond[4][3], unit[4][3];  // unit: of the triangle that begins with that corner
   for (uint32_t i = 0; i < 4; i++) {
@@ -218,7 +218,7 @@ struct Part {
 // vertex a sixteenth of the way from its middle to one of theirs, so that the two edges do not lie in one
 // place: the other one in a face with the same corners in reverse, as there are on both sides of what is
 // thin. False: no room.
-bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
+RELIEF_COLD bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
   if (!has_edge(g, a, b)) {
     add_diagonal(g, a, b);
     return true;
@@ -230,7 +230,7 @@ bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint
 }
 
 // A triangle whose sides may have a vertex in the middle: then a fan around the first of those.
-bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3]) {
+RELIEF_COLD bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3]) {
   uint32_t v[6], n = 0, first = 0;
   for (int side = 0; side < 3; side++) {
     v[n++] = g.n[node[side]].vertex;
@@ -244,7 +244,7 @@ bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3
 }
 
 // Adds the triangles of the best triangulation. False, with nothing added, if there is none.
-bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
+RELIEF_COLD bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   Triangulation t;
   if (m == 4 && q[0] != q[2] && q[1] != q[3]) {
     const uint32_t r = diagonal_of_quad(g, q);
@@ -282,7 +282,7 @@ bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
 
 // A corner moved a quarter of the grid's spacing into its face: towards the middle of the corners before and
 // after, so that a node which comes twice is moved to two places.
-void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int64_t out[3]) {
+RELIEF_COLD void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int64_t out[3]) {
   const uint32_t node = q[i], before = q[(i + m - 1) % m], after = q[(i + 1) % m];
   int64_t d[3], square = 0;
   for (int k = 0; k < 3; k++) {
@@ -295,7 +295,7 @@ void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int6
 }
 
 // Marks a face's nodes: those that come twice on its rim with the count itself.
-void find_repeated(Gaps& g, const uint32_t* q, uint32_t m) {
+RELIEF_COLD void find_repeated(Gaps& g, const uint32_t* q, uint32_t m) {
   g.mark_count += 2;
   for (uint32_t i = 0; i < m; i++)
     g.mark[q[i]] = g.mark[q[i]] + 1 < g.mark_count ? g.mark_count - 1 : g.mark_count;
@@ -307,7 +307,7 @@ bool is_moved(const Gaps& g, uint32_t node, bool open) {
   return g.mark[node] == g.mark_count || (open && g.open_corner[node]);
 }
 
-bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
+RELIEF_COLD bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   for (uint32_t i = 0; i < m; i++) {
     if (!is_moved(g, q[i], open)) continue;
     int64_t p[3];
@@ -318,7 +318,7 @@ bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   return true;
 }
 
-bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& vertex) {
+RELIEF_COLD bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& vertex) {
   int64_t middle[3] = {0, 0, 0};
   for (uint32_t i = 0; i < m; i++)
     for (int k = 0; k < 3; k++) middle[k] += g.n[q[i]].position[k];
@@ -328,7 +328,7 @@ bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& vertex) {
 
 // Closes a face by a fan around its middle. Where nodes are moved the fan ends at the new vertices, with
 // triangles out to the nodes: then no edge can come twice. open: leave the fan away.
-bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
+RELIEF_COLD bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   find_repeated(g, q, m);
   uint32_t next = g.mesh.vertex_count, middle = kNone;
   if (!add_moved_corners(g, q, m, open) || !(open || add_middle(g, q, m, middle))) return false;
@@ -346,14 +346,14 @@ bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
 }
 
 // Notes the vertices that have a hole now.
-bool leave_open(Gaps& g, const uint32_t* q, uint32_t m) {
+RELIEF_COLD bool leave_open(Gaps& g, const uint32_t* q, uint32_t m) {
   if (!close_around_middle(g, q, m, true)) return false;
   for (uint32_t i = 0; i < m; i++)
     if (!is_moved(g, q[i], true)) g.open_corner[q[i]] = 1;
   return true;
 }
 
-bool close_face(Gaps& g, uint32_t m) {
+RELIEF_COLD bool close_face(Gaps& g, uint32_t m) {
   uint32_t* q = g.face;
   if (m < 3) return true;
   bool room = true;
@@ -366,7 +366,7 @@ bool close_face(Gaps& g, uint32_t m) {
 
 }  // namespace
 
-relief_status close_faces(Gaps& g) {
+RELIEF_COLD relief_status close_faces(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
     g.diagonals[v] = kNone;
     g.open_corner[v] = 0;
