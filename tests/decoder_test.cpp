@@ -1047,7 +1047,7 @@ TEST(Leaves, AllLevelsDecodeToTheSameBytes) {
 struct RandomRows {
   static constexpr size_t kStride = 80, kRows = 9, kMiddle = 4 * kStride + 2;
   int round;
-  uint32_t n, blocks;
+  uint32_t n;
   std::vector<int32_t> q;
   std::vector<float> values;
   std::vector<uint8_t> mask;
@@ -1056,7 +1056,6 @@ struct RandomRows {
   RandomRows(int r, std::mt19937& random)
       : round(r),
         n(1 + random() % 64),
-        blocks((n + kBlock - 1) / kBlock * kBlock),
         q(kStride * kRows),
         values(q.size()),
         mask(q.size()),

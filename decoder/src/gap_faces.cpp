@@ -2,30 +2,21 @@
 #include <string.h>
 
 #include "gap_state.h"
+#include "triangulation.h"
 
 namespace relief {
 namespace {
 
 constexpr uint32_t kMaxEarFace = 256;  // corners of a face that is closed by ears; larger ones get a fan
-constexpr uint32_t kBestFace = 12;     // corners up to which the best of all triangulations is found
 
-bool has_edge(const Gaps& g, uint32_t a, uint32_t b) {
-  if (g.n[a].next == b || g.n[a].prev == b || neighbouring_pixels(g.n[a], g.n[b])) return true;
-  for (uint32_t i = g.slot_begin[a]; i < g.slot_begin[a + 1]; i++)
-    if (g.slots[i].to == b && g.is_in(i)) return true;
-  for (uint32_t i = g.diagonals[a]; i != kNone; i = g.diagonal[i].next)
-    if (g.diagonal[i].to == b) return true;
-  return false;
-}
-
-RELIEF_COLD void add_diagonal(Gaps& g, uint32_t a, uint32_t b) {
+void add_diagonal(Gaps& g, uint32_t a, uint32_t b) {
   g.diagonal[g.diagonal_count] = {b, g.diagonals[a]};
   g.diagonals[a] = g.diagonal_count++;
   g.diagonal[g.diagonal_count] = {a, g.diagonals[b]};
   g.diagonals[b] = g.diagonal_count++;
 }
 
-RELIEF_COLD bool add_triangle(Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
+bool add_triangle(Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   MeshWriter& m = g.mesh;
   if (m.triangle_count == m.triangle_capacity) return false;
   uint32_t* t = m.indices + 3 * size_t(m.triangle_count++);
@@ -33,7 +24,7 @@ RELIEF_COLD bool add_triangle(Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
   return true;
 }
 
-RELIEF_COLD bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
+bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
   MeshWriter& m = g.mesh;
   if (m.vertex_count == m.vertex_capacity) return false;
   vertex = m.vertex_count++;
@@ -41,51 +32,8 @@ RELIEF_COLD bool add_vertex(Gaps& g, const int64_t p[3], uint32_t& vertex) {
   return true;
 }
 
-// The unit normal of a triangle; zero if it has none.
-void normal_of(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, int16_t unit[3]) {
-  int64_t u[3], v[3], w[3];
-  difference(g.n[b], g.n[c], u);
-  difference(g.n[b], g.n[a], v);
-  cross(u, v, w);
-  unit_vector(w, unit);
-}
-
-// How well a triangle's normal agrees with the surface at its corners: kUnit for entirely, negative for
-// turned over.
-int64_t alignment(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3]) {
-  if (!(unit[0] | unit[1] | unit[2])) return -kUnit;
-  return (dot(unit, g.n[a].normal) + dot(unit, g.n[b].normal) + dot(unit, g.n[c].normal)) / (3 * kUnit);
-}
-
-int32_t distance(const Gaps& g, uint32_t a, uint32_t b) { return int32_t(root(distance2(g.n[a], g.n[b]))); }
-
-constexpr int64_t kNoEar = INT64_MAX;
-
-// The largest spacing of three nodes' grids.
-int64_t spacing_at(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
-  const int32_t x = g.n[a].spacing, y = g.n[b].spacing, z = g.n[c].spacing, most = x > y ? x : y;
-  return most > z ? most : z;
-}
-
-// The cost of a triangle with this unit normal, as a factor and a summand of a length: short edges are good,
-// triangles turned over are to be avoided at the price of some long ones.
-int64_t weigh(const Gaps& g, uint32_t a, uint32_t b, uint32_t c, const int16_t unit[3], int64_t length) {
-  const int64_t aligned = alignment(g, a, b, c, unit);
-  const int64_t cost = length * (kUnit + 4 * (kUnit - aligned));
-  return aligned < 0 ? cost + 10 * spacing_at(g, a, b, c) * (kUnit - aligned) : cost;
-}
-
-// The cost of cutting off corner b with neighbours a and c: a short new edge and a triangle that lies in the
-// surface.
-RELIEF_COLD int64_t ear_cost(const Gaps& g, uint32_t a, uint32_t b, uint32_t c) {
-  if (a == c || has_edge(g, a, c)) return kNoEar;
-  int16_t unit[3];
-  normal_of(g, a, b, c, unit);
-  return weigh(g, a, b, c, unit, distance(g, a, c));
-}
-
 // Cuts off ears until `few` corners are left or none can be cut. Returns the number of corners left in q.
-RELIEF_COLD uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
+uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, bool& room) {
   int64_t cost[kMaxEarFace];
   auto cost_at = [&](uint32_t i) { return ear_cost(g, q[(i + m - 1) % m], q[i], q[(i + 1) % m]); };
   for (uint32_t i = 0; i < m; i++) cost[i] = cost_at(i);
@@ -110,104 +58,6 @@ RELIEF_COLD uint32_t clip_ears(Gaps& g, uint32_t* q, uint32_t m, uint32_t few, b
   return m;
 }
 
-// The cheapest of all triangulations of a polygon of up to kBestFace corners (Klincsek 1980): best[i][j] is
-// that of the part between corners i and j, split at corner at[i][j].
-struct Triangulation {
-  int64_t best[kBestFace][kBestFace];
-  int32_t length[kBestFace][kBestFace];  // from corner to corner
-  // of the triangle on the part's diagonal; zero where there is none
-  int16_t normal[kBestFace][kBestFace][3];
-  uint8_t at[kBestFace][kBestFace];
-};
-
-// Of two triangles that are folded onto one another: as for one that is turned over.
-int64_t cost_of_folding(const Gaps& g, const int16_t a[3], const int16_t b[3]) {
-  const int64_t d = dot(a, b) / kUnit;
-  return d < -kUnit * 7 / 8 ? 100 * int64_t(g.options.spacing) * -d : 0;
-}
-
-// What it costs to make an edge a second time: a vertex in its middle keeps the two apart.
-int64_t cost_of_splitting(const Gaps& g) { return 8 * int64_t(g.options.spacing) * kUnit; }
-
-// The normal beyond a side of a polygon: the patch's along its border, else unknown, zero.
-RELIEF_COLD void normal_beyond(const Gaps& g, uint32_t a, uint32_t b, int16_t out[3]) {
-  for (int k = 0; k < 3; k++)
-    out[k] = g.n[a].prev == b ? int16_t((g.n[a].normal[k] + g.n[b].normal[k]) / 2) : int16_t(0);
-}
-
-// The node across the diagonal from corner i to corner j.
-uint32_t across(const Triangulation& t, const uint32_t* q, uint32_t i, uint32_t j) {
-  return j - i > 1 ? q[t.at[i][j]] : kNone;
-}
-
-// The best triangle on the diagonal from corner i to corner j, given what is best behind its other sides. No
-// diagonal may have the same node on both sides: split, it would be joined to that node twice.
-// beyond: the normal beyond the side from j to i.
-void find_part(const Gaps& g, const uint32_t* q, uint32_t i, uint32_t j, const int16_t beyond[3],
-               Triangulation& t) {
-  t.best[i][j] = kNoEar;
-  for (uint32_t k = i + 1; k < j; k++) {
-    const uint32_t a = q[i], b = q[k], c = q[j];
-    if (t.best[i][k] == kNoEar || t.best[k][j] == kNoEar || a == b || b == c || c == a) continue;
-    if (across(t, q, i, k) == c || across(t, q, k, j) == a) continue;
-    const int64_t parts = t.best[i][k] + t.best[k][j],
-                  around = t.length[i][k] + t.length[k][j] + t.length[i][j];
-    if (parts + around * kUnit >= t.best[i][j]) continue;  // weigh gives at least that
-    int16_t unit[3];
-    normal_of(g, a, b, c, unit);
-    const int64_t cost = parts + weigh(g, a, b, c, unit, around) + cost_of_folding(g, unit, t.normal[i][k]) +
-                         cost_of_folding(g, unit, t.normal[k][j]) + cost_of_folding(g, unit, beyond);
-    if (cost >= t.best[i][j]) continue;
-    t.best[i][j] = cost;
-    t.at[i][j] = uint8_t(k);
-    memcpy(t.normal[i][j], unit, sizeof unit);
-  }
-}
-
-RELIEF_COLD bool find_triangulation(const Gaps& g, const uint32_t* q, uint32_t m, Triangulation& t) {
-  for (uint32_t i = 0; i + 1 < m; i++) {
-    t.best[i][i + 1] = 0;
-    normal_beyond(g, q[i], q[i + 1], t.normal[i][i + 1]);
-    for (uint32_t j = i + 1; j < m; j++) t.length[i][j] = distance(g, q[i], q[j]);
-  }
-  constexpr int16_t kUnknown[3] = {0, 0, 0};
-  for (uint32_t span = 2; span + 1 < m; span++)
-    for (uint32_t i = 0; i + span < m; i++) {
-      const uint32_t j = i + span;
-      find_part(g, q, i, j, kUnknown, t);
-      if (t.best[i][j] != kNoEar && has_edge(g, q[i], q[j])) t.best[i][j] += cost_of_splitting(g);
-    }
-  int16_t beyond[3];
-  normal_beyond(g, q[m - 1], q[0], beyond);
-  find_part(g, q, 0, m - 1, beyond, t);
-  return t.best[0][m - 1] != kNoEar;
-}
-
-// Which diagonal of a quad whose corners are different nodes is made, that from corner 0 or that from corner
-// 1: what find_triangulation finds.
-RELIEF_COLD uint32_t diagonal_of_quad(const Gaps& g, const uint32_t* q) {
-  int32_t side[4];
-  int16_t beyond[4][3], unit[4][3];  // unit: of the triangle that begins with that corner
-  for (uint32_t i = 0; i < 4; i++) {
-    const uint32_t a = q[i], b = q[(i + 1) % 4], c = q[(i + 2) % 4];
-    side[i] = distance(g, a, b);
-    normal_beyond(g, a, b, beyond[i]);
-    normal_of(g, a, b, c, unit[i]);
-  }
-  int64_t cost[2] = {0, 0};
-  for (uint32_t i = 0; i < 4; i++) {
-    const uint32_t j = (i + 1) % 4, k = (i + 2) % 4;
-    const int64_t around = int64_t(side[i]) + side[j] + distance(g, q[i], q[k]);
-    cost[i % 2] += weigh(g, q[i], q[j], q[k], unit[i], around) + cost_of_folding(g, unit[i], beyond[i]) +
-                   cost_of_folding(g, unit[i], beyond[j]);
-  }
-  for (uint32_t r = 0; r < 2; r++) {
-    cost[r] += cost_of_folding(g, unit[r], unit[r + 2]);
-    if (has_edge(g, q[r], q[r + 2])) cost[r] += cost_of_splitting(g);
-  }
-  return cost[1] <= cost[0];  // of equal ones the second
-}
-
 // The corners i to j of a polygon: a triangle on the diagonal between them, and what that leaves over.
 struct Part {
   uint8_t i, j;
@@ -218,7 +68,7 @@ struct Part {
 // vertex a sixteenth of the way from its middle to one of theirs, so that the two edges do not lie in one
 // place: the other one in a face with the same corners in reverse, as there are on both sides of what is
 // thin. False: no room.
-RELIEF_COLD bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
+bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t& middle) {
   if (!has_edge(g, a, b)) {
     add_diagonal(g, a, b);
     return true;
@@ -230,7 +80,7 @@ RELIEF_COLD bool make_diagonal(Gaps& g, uint32_t a, uint32_t b, uint32_t c, uint
 }
 
 // A triangle whose sides may have a vertex in the middle: then a fan around the first of those.
-RELIEF_COLD bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3]) {
+bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint32_t middle[3]) {
   uint32_t v[6], n = 0, first = 0;
   for (int side = 0; side < 3; side++) {
     v[n++] = g.n[node[side]].vertex;
@@ -244,7 +94,7 @@ RELIEF_COLD bool add_split_triangle(Gaps& g, const uint32_t node[3], const uint3
 }
 
 // Adds the triangles of the best triangulation. False, with nothing added, if there is none.
-RELIEF_COLD bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
+bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
   Triangulation t;
   if (m == 4 && q[0] != q[2] && q[1] != q[3]) {
     const uint32_t r = diagonal_of_quad(g, q);
@@ -282,7 +132,7 @@ RELIEF_COLD bool fill_best(Gaps& g, const uint32_t* q, uint32_t m, bool& room) {
 
 // A corner moved a quarter of the grid's spacing into its face: towards the middle of the corners before and
 // after, so that a node which comes twice is moved to two places.
-RELIEF_COLD void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int64_t out[3]) {
+void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint32_t i, int64_t out[3]) {
   const uint32_t node = q[i], before = q[(i + m - 1) % m], after = q[(i + 1) % m];
   int64_t d[3], square = 0;
   for (int k = 0; k < 3; k++) {
@@ -295,7 +145,7 @@ RELIEF_COLD void move_inwards(const Gaps& g, const uint32_t* q, uint32_t m, uint
 }
 
 // Marks a face's nodes: those that come twice on its rim with the count itself.
-RELIEF_COLD void find_repeated(Gaps& g, const uint32_t* q, uint32_t m) {
+void find_repeated(Gaps& g, const uint32_t* q, uint32_t m) {
   g.mark_count += 2;
   for (uint32_t i = 0; i < m; i++)
     g.mark[q[i]] = g.mark[q[i]] + 1 < g.mark_count ? g.mark_count - 1 : g.mark_count;
@@ -307,7 +157,7 @@ bool is_moved(const Gaps& g, uint32_t node, bool open) {
   return g.mark[node] == g.mark_count || (open && g.open_corner[node]);
 }
 
-RELIEF_COLD bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
+bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   for (uint32_t i = 0; i < m; i++) {
     if (!is_moved(g, q[i], open)) continue;
     int64_t p[3];
@@ -318,7 +168,7 @@ RELIEF_COLD bool add_moved_corners(Gaps& g, const uint32_t* q, uint32_t m, bool 
   return true;
 }
 
-RELIEF_COLD bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& vertex) {
+bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& vertex) {
   int64_t middle[3] = {0, 0, 0};
   for (uint32_t i = 0; i < m; i++)
     for (int k = 0; k < 3; k++) middle[k] += g.n[q[i]].position[k];
@@ -328,7 +178,7 @@ RELIEF_COLD bool add_middle(Gaps& g, const uint32_t* q, uint32_t m, uint32_t& ve
 
 // Closes a face by a fan around its middle. Where nodes are moved the fan ends at the new vertices, with
 // triangles out to the nodes: then no edge can come twice. open: leave the fan away.
-RELIEF_COLD bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
+bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, bool open) {
   find_repeated(g, q, m);
   uint32_t next = g.mesh.vertex_count, middle = kNone;
   if (!add_moved_corners(g, q, m, open) || !(open || add_middle(g, q, m, middle))) return false;
@@ -346,14 +196,14 @@ RELIEF_COLD bool close_around_middle(Gaps& g, const uint32_t* q, uint32_t m, boo
 }
 
 // Notes the vertices that have a hole now.
-RELIEF_COLD bool leave_open(Gaps& g, const uint32_t* q, uint32_t m) {
+bool leave_open(Gaps& g, const uint32_t* q, uint32_t m) {
   if (!close_around_middle(g, q, m, true)) return false;
   for (uint32_t i = 0; i < m; i++)
     if (!is_moved(g, q[i], true)) g.open_corner[q[i]] = 1;
   return true;
 }
 
-RELIEF_COLD bool close_face(Gaps& g, uint32_t m) {
+bool close_face(Gaps& g, uint32_t m) {
   uint32_t* q = g.face;
   if (m < 3) return true;
   bool room = true;
@@ -366,7 +216,7 @@ RELIEF_COLD bool close_face(Gaps& g, uint32_t m) {
 
 }  // namespace
 
-RELIEF_COLD relief_status close_faces(Gaps& g) {
+relief_status close_faces(Gaps& g) {
   for (uint32_t v = 0; v < g.count; v++) {
     g.diagonals[v] = kNone;
     g.open_corner[v] = 0;

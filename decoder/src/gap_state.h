@@ -1,5 +1,5 @@
-// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces, tube,
-// steiner_points.
+// The working state of gap closing (4.2), shared by its steps: gap_partners, gap_links, gap_faces,
+// triangulation, tube, steiner_points.
 #pragma once
 #include "container.h"
 #include "gaps.h"

@@ -2,7 +2,7 @@
 //
 // Every node (border vertex) looks for the nearest node that faces it (gap_partners); the pairs are links.
 // Links and borders cut the space between the patches into faces (gap_links); each face is closed by
-// triangles (gap_faces). Handles too small for that are tubes (tube);
+// triangles (gap_faces, triangulation). Handles too small for that are tubes (tube);
 // where the surface bulges in between, triangles are split (steiner_points). All decisions are made with integers.
 #include "gaps.h"
 

@@ -9,8 +9,8 @@
 namespace relief {
 
 // Rows of samples, of which those of the even and of the odd places along the lines. Along its line the
-// sample at even[i] is followed by odd[i], and that by even[i + apart]. One without
-// neighbours has its coefficient in the even place before it, if it is not in one.
+// sample at even[i] is followed by odd[i], and that by even[i + apart]. An odd one without neighbours has its
+// coefficient in the even place before it.
 struct Lines {
   float *even, *odd;      // the first row of each
   uint32_t rows, length;  // rows of both; samples of each row

@@ -19,8 +19,8 @@ struct MaskModels {
   Logistic logistic;
   struct {
     Model t5[kMaskSizes[0]], t12[kMaskSizes[1]], t21[kMaskSizes[2]];
-    Model deep, group,
-        in_group[kMaskGroup - 1];  // of deep pixels: whether one, any of a group differs; which
+    // of deep pixels: whether one differs, whether any of a group does, and if so, which
+    Model deep, group, in_group[kMaskGroup - 1];
   } of;
   int32_t weight[kMaskWeights][kMaskTemplates];  // 16.16, by the 10-pixel template
   RELIEF_COLD void init() {
