@@ -64,7 +64,7 @@ class BucketQueue {
 struct Node {
   Eigen::Vector3f normal;
   int label;
-  int best;   // the lowest bucket in which the cell waits
+  int best;   // the lowest bucket in which the cell waits; -1 when it has a label
   int first;  // neighbour
 };
 
@@ -146,13 +146,13 @@ void Lloyd::flood(const std::vector<int>& active) {
     Node& node = nodes_[e.cell];
     if (node.label >= 0) continue;
     node.label = e.patch;
+    node.best = -1;
     members[e.patch].push_back(e.cell);
     for (int j = node.first; j < nodes_[e.cell + 1].first; ++j)
       __builtin_prefetch(&nodes_[cells.neighbour[j]]);
     for (int j = node.first; j < nodes_[e.cell + 1].first; ++j) {
       const int c = cells.neighbour[j];
       Node& other = nodes_[c];
-      if (other.label >= 0) continue;
       const float cost = (other.normal - plane[e.patch]).squaredNorm();
       const int bucket = std::min(static_cast<int>(cost * 1024), BucketQueue::kBuckets - 1);
       if (bucket >= other.best) continue;  // another entry comes out first
