@@ -27,7 +27,7 @@ Trial code_soundly(const Job& m, Sampled& s, double bytes, Stopwatch& watch) {
   }
   const bool known_about = bytes == 0 && t.error > 0;
   const bool will_do = !s.finished || std::fabs(excess(t, m.options, bytes)) > kFar;
-  if (!(known_about && will_do)) measure(m, t, watch);
+  if (!t.measured && !(known_about && will_do)) measure(m, t, watch);
   return t;
 }
 

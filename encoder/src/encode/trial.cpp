@@ -12,7 +12,6 @@ namespace {
 constexpr double kSamplingMargin = 0.004;  // what other samples may say, about three deviations
 
 SeamsInput seams_input(const Job& m, Known& known) {
-  constexpr double kInside = 0.003;  // what Steiner points do is known no better
   const EncodeOptions& o = m.options;
   const double target = o.bytes > 0 || o.bits_per_vertex > 0 ? 0 : o.error;
   return {m.surface,
@@ -23,7 +22,8 @@ SeamsInput seams_input(const Job& m, Known& known) {
           m.folded,
           m.effort.face_trials,
           m.handles,
-          target * kLatticeDiagonal * std::exp(-kSamplingMargin - kInside),
+          target * kLatticeDiagonal * std::exp(-kSamplingMargin),
+          [&m](const TriangleMesh& decoded) { return m.meter->relative_rms(decoded) * kLatticeDiagonal; },
           known};
 }
 
@@ -77,6 +77,7 @@ Trial code(const Job& m, Sampled& s, Care care, Stopwatch& watch) {
   trial.mesh = std::move(found.mesh);
   trial.topology = found.topology;
   trial.error = found.error / kLatticeDiagonal;
+  trial.measured = found.measured;
   if (care == Care::kAll) trial.coincident = count_coincident(trial.mesh);
   trial.stream = assemble(
       parts,

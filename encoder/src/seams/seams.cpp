@@ -213,8 +213,9 @@ FoundSeams find_seams(const StreamParts& parts, const std::vector<CodedPatch>& p
     if (!in.closed()) adjust_holes(in, best);
     add_tubes(in, best);
   }
-  const double error = care == Care::kLittle ? 0 : add_steiner_points(in, best);
-  return {std::move(best.seams), std::move(best.decoded.mesh), best.topology, error};
+  SteinerError error;
+  if (care != Care::kLittle) error = add_steiner_points(in, best, care == Care::kAll);
+  return {std::move(best.seams), std::move(best.decoded.mesh), best.topology, error.error, error.measured};
 }
 
 }  // namespace relief

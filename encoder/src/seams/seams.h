@@ -31,8 +31,9 @@ struct SeamsInput {
   const SurfaceBorder& border;
   const std::vector<Vec3>& folded;  // its vertices where it is folded
   int face_trials;                  // decodings, at most, to find links for the worst faces between patches
-  const std::vector<HandlePlace>& handles;  // of the surface; empty: those that are lost stay so
-  double target;                            // error, lattice units; 0: none
+  const std::vector<HandlePlace>& handles;           // of the surface; empty: those that are lost stay so
+  double target;                                     // error, lattice units; 0: none
+  std::function<double(const TriangleMesh&)> error;  // of what a stream decodes to, likewise
   Known& known;
 };
 
@@ -40,7 +41,8 @@ struct FoundSeams {
   Seams seams;
   TriangleMesh mesh;  // what the stream with these seams decodes to
   Topology topology;  // of that; components, boundary loops and genus only
-  double error;       // of that, about, see add_steiner_points; 0: not known
+  double error;       // of that, see add_steiner_points; 0: not known
+  bool measured;      // else it is known about
 };
 
 // How much trouble is taken over seams: little; so much that it is known about what all of it would make of

@@ -20,6 +20,10 @@ constexpr double kLeastWorth = 0.3;     // of points that are added to keep with
 constexpr double kPrice = 0.007;        // of keeping within the target at once, of all bytes
 constexpr double kPromise = 0.95;       // heights fit the samples better than the surface
 constexpr double kFold = -0.5;          // least cosine between normals of neighbours
+// Of the target, in the logarithm: what is foretold is aimed so far inside; farther from it, it is not
+// measured; what is measured is left alone between there and the target.
+constexpr double kAim = 0.003, kFar = 0.012, kContent = 0.005, kMeant = 0.003;
+constexpr int kCorrections = 3;
 
 using Corners = std::array<Vec3, 3>;
 
@@ -57,12 +61,13 @@ class Splitter {
     for (uint32_t i = 0; i < order_.size(); i++) order_[at[samples_.of_original[i].triangle]++] = i;
   }
 
-  // error: what they leave
-  std::vector<SteinerPoint> run(double& error) {
-    const std::vector<Split> splits = worth_it(best_heights());
+  void find() { splits_ = worth_it(best_heights()); }
+
+  // Of what was found. target: of the error, 0: none; error: what they leave
+  std::vector<SteinerPoint> choose(double target, double& error) const {
     Choice best;
     for (double weight : {0.5, 0.3, 0.7, 0.1, 0.9}) {
-      Choice c = choose(splits, weight);
+      Choice c = choose(splits_, weight, target * target);
       if (c.cost < best.cost) best = std::move(c);
     }
     error = std::sqrt(best.square);
@@ -119,7 +124,7 @@ class Splitter {
   }
 
   // As many as are worth their bytes; or fewer or more, if that is enough to just keep within the target.
-  Choice choose(std::vector<Split> splits, double weight) const {
+  Choice choose(std::vector<Split> splits, double weight, double target) const {
     std::stable_sort(splits.begin(), splits.end(),
                      [&](const Split& x, const Split& y) { return worth(x, weight) > worth(y, weight); });
     thin_out(splits);
@@ -127,7 +132,6 @@ class Splitter {
       size_t count = 0;
       double cost = INFINITY, square = INFINITY;
     } worthy, within;
-    const double target = in_.target * in_.target;
     Totals gone;
     for (size_t n = 0;; n++) {
       const End now = {n, cost(gone, n), square_without(gone)};
@@ -310,21 +314,39 @@ class Splitter {
   std::vector<double> to_decoded_, to_original_;  // of each triangle: integrals of the squared distance
   double sum_to_decoded_ = 0, sum_to_original_ = 0, area_of_original_ = 0, area_of_decoded_ = 0;
   std::map<uint32_t, std::vector<uint32_t>> fan_;  // triangles of vertices at hand
+  std::vector<Split> splits_;
 };
 
 }  // namespace
 
-double add_steiner_points(const SeamContext& in, Attempt& best) {
+SteinerError add_steiner_points(const SeamContext& in, Attempt& best, bool exactly) {
   const size_t end = best.decoded.mesh.triangles.size() - kTubeTriangles * best.seams.tubes.size();
-  if (best.decoded.patch_triangles() >= end) return 0;
-  double error;
-  Seams seams = best.seams;
-  seams.steiner_points = Splitter(in, best.decoded, end).run(error);
-  if (seams.steiner_points.empty()) return error;
-  Attempt a = attempt(in, std::move(seams));
-  a.topology = best.topology, a.mismatch = best.mismatch;
-  best = std::move(a);
-  return error;
+  if (best.decoded.patch_triangles() >= end) return {};
+  const Attempt plain = std::move(best);
+  Splitter splitter(in, plain.decoded, end);
+  splitter.find();
+  const auto off = [&](double error) { return std::log(error / in.target); };
+  const auto better = [&](double error, double than) {
+    return error <= in.target ? than > in.target || error > than : error < than;
+  };
+  SteinerError least = {INFINITY, false};
+  double aim = -kAim, missed = INFINITY, kept = -INFINITY;  // logarithms of what was aimed at over the target
+  for (int i = 0; i <= kCorrections; i++) {
+    SteinerError now = {0, false};
+    Seams seams = plain.seams;
+    seams.steiner_points = splitter.choose(in.target * std::exp(aim), now.error);
+    Attempt a = attempt(in, std::move(seams));
+    a.topology = plain.topology, a.mismatch = plain.mismatch;
+    const bool out_of_reach = now.error > in.target;
+    const bool known_about = !exactly || in.target == 0 || std::fabs(off(now.error)) > kFar;
+    if (!known_about) now = {in.error(a.decoded.mesh), true};
+    if (i == 0 || better(now.error, least.error)) best = std::move(a), least = now;
+    const double excess = off(now.error);
+    if (known_about || out_of_reach || (excess <= 0 && excess > -kContent)) break;
+    (excess > 0 ? missed : kept) = aim;
+    aim = missed < INFINITY && kept > -INFINITY ? (missed + kept) / 2 : aim - excess - kMeant;
+  }
+  return least;
 }
 
 }  // namespace relief
