@@ -1,8 +1,5 @@
 #include "allocate/allocate.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -12,6 +9,7 @@
 #include "resample/clean_mask.h"
 #include "resample/extend_border.h"
 #include "resample/punch_holes.h"
+#include "surface/largest_first.h"
 
 namespace relief {
 namespace {
@@ -137,20 +135,12 @@ Allocator::Allocator(const AllocationInput& input) : in_(input), made_(input.pat
   must_live_.assign(in_.patches.size(), 0);
   for (size_t p : largest)
     if (p != SIZE_MAX) must_live_[p] = 1;
-  for (size_t p = 0; p < in_.patches.size(); p++) by_size_.push_back(p);
-  std::stable_sort(by_size_.begin(), by_size_.end(),
-                   [&](size_t p, size_t q) { return in_.patches[p].own.size() > in_.patches[q].own.size(); });
 }
 
-// The largest first, one by one: no thread waits long for another's last patch.
 template <class Visit>
 void Allocator::for_each_patch(Visit visit) const {
-  tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, by_size_.size(), 1),
-      [&](const tbb::blocked_range<size_t>& range) {
-        for (size_t i = range.begin(); i < range.end(); i++) visit(by_size_[i]);
-      },
-      tbb::simple_partitioner());
+  largest_first(
+      in_.patches.size(), [&](size_t p) { return in_.patches[p].own.size(); }, visit);
 }
 
 // A thread tries one patch after the other. What is returned lasts until the next call on this thread, which

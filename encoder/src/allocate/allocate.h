@@ -73,7 +73,6 @@ class Allocator {
   std::vector<std::map<int, std::unique_ptr<Candidate>>> made_;
   tbb::enumerable_thread_specific<LastSampler> samplers_;
   std::vector<int> start_;                     // where each patch's search begins: its last choice
-  std::vector<size_t> by_size_;                // patches, those with the most faces first
   std::vector<char> must_live_;                // patches of components that would vanish with them
   std::unique_ptr<CoefficientModels> models_;  // trained on the first choice
 };

@@ -1,6 +1,5 @@
 #include "code/stream.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "mask.h"
 #include "patch_table.h"
 #include "span_context.h"
+#include "surface/largest_first.h"
 
 namespace relief {
 namespace {
@@ -113,8 +113,9 @@ std::vector<QuantisedImage> quantise_images(const std::vector<const WaveletImage
   for (const QuantisedImage& i : all)
     if (i.q->empty()) fresh.push_back(i);
   auto quantise = [&] {
-    tbb::parallel_for(size_t(0), fresh.size(),
-                      [&](size_t i) { quantise_image(fresh[i], trade, *known.learned); });
+    largest_first(
+        fresh.size(), [&](size_t i) { return fresh[i].image->pyramid.size; },
+        [&](size_t i) { quantise_image(fresh[i], trade, *known.learned); });
   };
   if (!known.learned) {
     known.learned = std::make_unique<CoefficientModels>();

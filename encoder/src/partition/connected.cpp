@@ -1,10 +1,10 @@
 #include "partition/connected.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <iterator>
 #include <tuple>
+
+#include "surface/largest_first.h"
 
 namespace relief {
 namespace {
@@ -60,7 +60,8 @@ std::vector<Piece> pieces_of(const Surface& surface, const std::vector<int>& lab
   const FaceLists lists = faces_by_patch(label, patches);
   std::vector<std::vector<Piece>> of_patch(patches);
   std::vector<char> seen(label.size(), 0);
-  tbb::parallel_for(size_t{0}, patches, [&](size_t p) {
+  const auto size = [&](size_t p) { return lists.size(static_cast<int>(p)); };
+  largest_first(patches, size, [&](size_t p) {
     for (const int* f = lists.begin(p); f != lists.end(p); ++f)
       if (!seen[*f]) of_patch[p].push_back(piece_at(surface, label, *f, seen));
   });

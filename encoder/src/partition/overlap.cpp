@@ -1,13 +1,13 @@
 #include "partition/overlap.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <queue>
 #include <tuple>
 #include <unordered_map>
+
+#include "surface/largest_first.h"
 
 namespace relief {
 namespace {
@@ -159,7 +159,8 @@ int split_overlaps(const Surface& surface, Patches& patches, double spacing) {
   const FaceLists lists = faces_by_patch(patches.label, count);
   Parts parts{patches.label, std::vector<int>(patches.label.size(), 0)};
   std::vector<std::vector<std::vector<int>>> fields(count);
-  tbb::parallel_for(size_t{0}, count, [&](size_t p) {
+  const auto size = [&](size_t p) { return lists.size(static_cast<int>(p)); };
+  largest_first(count, size, [&](size_t p) {
     const int i = static_cast<int>(p);
     fields[p] = height_fields(surface, parts, {lists.begin(i), lists.end(i)}, patches.normal[p], spacing);
   });

@@ -1,10 +1,11 @@
 #include "resample/elevation_map.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "surface/largest_first.h"
 
 namespace relief {
 namespace {
@@ -162,7 +163,8 @@ std::vector<PatchFaces> gather_patches(const Surface& surface, const Partition& 
     std::vector<int> stamp;
   };
   tbb::enumerable_thread_specific<Stamps> local;
-  tbb::parallel_for(size_t(0), patches.size(), [&](size_t k) {
+  const auto size = [&](size_t k) { return patches[k].own.size(); };
+  largest_first(patches.size(), size, [&](size_t k) {
     PatchFaces& p = patches[k];
     quantise_normal(partition.normal[k], p.u, p.v);
     p.frame = frame_of(p.u, p.v);

@@ -1,13 +1,12 @@
 #include "seams/meshed_patches.h"
 
-#include <tbb/parallel_for.h>
-
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
 #include "mesh.h"
 #include "restore.h"
+#include "surface/largest_first.h"
 #include "wavelet.h"
 
 namespace relief {
@@ -71,7 +70,8 @@ std::vector<const MeshedPatch*> MeshedPatches::of(const std::vector<CodedPatch>&
       entry.step = step, fresh.push_back({i, &entry});
     all.push_back(&entry.mesh);
   }
-  tbb::parallel_for(size_t(0), fresh.size(), [&](size_t k) {
+  const auto size = [&](size_t k) { return patches[fresh[k].first].image->pyramid.size; };
+  largest_first(fresh.size(), size, [&](size_t k) {
     const auto& [i, entry] = fresh[k];
     entry->mesh =
         mesh_alone(patches[i], placement.spacing, entry->step, known.of(patches[i].image, entry->step));
