@@ -1,7 +1,7 @@
 // Status texts and default limits.
 #include "relief/relief.h"
 
-extern "C" const char* relief_status_text(relief_status status) {
+extern "C" const char* relief_status_text(int status) {
   switch (status) {
     case RELIEF_OK:
       return "no error";

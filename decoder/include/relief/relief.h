@@ -45,8 +45,8 @@ typedef enum relief_status {
   RELIEF_ERROR_OUTPUT = 8     /* the output is smaller than the mesh */
 } relief_status;
 
-/* A sentence in English for a status; never null, valid for ever. */
-RELIEF_API const char* relief_status_text(relief_status status);
+/* A sentence in English for a status, "unknown status" for any other number; never null, valid for ever. */
+RELIEF_API const char* relief_status_text(int status);
 
 /* Upper bounds on what a stream may ask for, checked before anything is sized by the stream. */
 typedef struct relief_limits {
