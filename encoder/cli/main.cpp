@@ -1,11 +1,10 @@
 // relief: the command line.
 #include <cstdio>
 #include <exception>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
+#include <string_view>
 
 #include "common.h"
+#include "large_pages.h"
 
 using namespace relief;
 using namespace relief::cli;
@@ -46,18 +45,8 @@ static int parse_and_run(int argc, char** argv) {
   return run();
 }
 
-// Trials free and take the same megabytes over and over: what the system gets back in between, it hands out
-// anew page by page, which takes a twentieth of the time of an encode.
-static void keep_freed_memory() {
-#ifdef __GLIBC__
-  constexpr int kLarge = 256 << 20;  // bytes; single blocks beyond go back
-  mallopt(M_MMAP_THRESHOLD, kLarge);
-  mallopt(M_TRIM_THRESHOLD, kLarge);
-#endif
-}
-
 int main(int argc, char** argv) {
-  keep_freed_memory();
+  if (argc > 1 && std::string_view(argv[1]) == "encode") prefer_large_pages(argv);
   try {
     return parse_and_run(argc, argv);
   } catch (const FileError& e) {
