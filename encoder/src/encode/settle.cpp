@@ -15,7 +15,6 @@ constexpr double kFarOff = 0.02, kJump = 0.05;
 constexpr double kSame = 0.01;  // steps that differ by less need no other masks
 // What has lost its topology is tried again with other masks, so much of the step inside.
 constexpr double kOtherwise = kSame * 4 / 3;
-constexpr double kFar = 0.012;  // farther from the target the error need not be measured if it is known about
 
 // A trial with all care; no vertex lies on another if that can be helped. Where mending is yet to be
 // finished, one to aim by, if it is good enough for that. bytes: the target
@@ -25,9 +24,8 @@ Trial code_soundly(const Job& m, Sampled& s, double bytes, Stopwatch& watch) {
     mend(m, s, {0, 0}, watch);
     t = code(m, s, Care::kAll, watch);
   }
-  const bool known_about = bytes == 0 && t.error > 0;
-  const bool will_do = !s.finished || std::fabs(excess(t, m.options, bytes)) > kFar;
-  if (!t.measured && !(known_about && will_do)) measure(m, t, watch);
+  const bool known_about = bytes == 0 && t.error > 0;  // well enough, or else find_seams has measured it
+  if (!t.measured && !known_about) measure(m, t, watch);
   return t;
 }
 

@@ -20,9 +20,9 @@ constexpr double kLeastWorth = 0.3;     // of points that are added to keep with
 constexpr double kPrice = 0.007;        // of keeping within the target at once, of all bytes
 constexpr double kPromise = 0.95;       // heights fit the samples better than the surface
 constexpr double kFold = -0.5;          // least cosine between normals of neighbours
-// Of the target, in the logarithm: what is foretold is aimed so far inside; farther from it, it is not
-// measured; what is measured is left alone between there and the target.
-constexpr double kAim = 0.003, kFar = 0.012, kContent = 0.005, kMeant = 0.003;
+// Of the target, in the logarithm. The error is foretold to be kAim inside; where that is within kFar, it is
+// measured. What is measured may be as far inside as kContent; else points are chosen again, for kAim inside.
+constexpr double kAim = 0.003, kFar = 0.012, kContent = 0.005;
 constexpr int kCorrections = 3;
 
 using Corners = std::array<Vec3, 3>;
@@ -59,11 +59,10 @@ class Splitter {
     order_.resize(samples_.of_original.size());
     std::vector<uint32_t> at(first_sample_.begin(), first_sample_.end() - 1);
     for (uint32_t i = 0; i < order_.size(); i++) order_[at[samples_.of_original[i].triangle]++] = i;
+    splits_ = worth_it(best_heights());
   }
 
-  void find() { splits_ = worth_it(best_heights()); }
-
-  // Of what was found. target: of the error, 0: none; error: what they leave
+  // target: of the error, 0: none; error: what they leave
   std::vector<SteinerPoint> choose(double target, double& error) const {
     Choice best;
     for (double weight : {0.5, 0.3, 0.7, 0.1, 0.9}) {
@@ -314,7 +313,7 @@ class Splitter {
   std::vector<double> to_decoded_, to_original_;  // of each triangle: integrals of the squared distance
   double sum_to_decoded_ = 0, sum_to_original_ = 0, area_of_original_ = 0, area_of_decoded_ = 0;
   std::map<uint32_t, std::vector<uint32_t>> fan_;  // triangles of vertices at hand
-  std::vector<Split> splits_;
+  std::vector<Split> splits_;                      // those that may be worth it
 };
 
 }  // namespace
@@ -323,8 +322,7 @@ SteinerError add_steiner_points(const SeamContext& in, Attempt& best, bool exact
   const size_t end = best.decoded.mesh.triangles.size() - kTubeTriangles * best.seams.tubes.size();
   if (best.decoded.patch_triangles() >= end) return {};
   const Attempt plain = std::move(best);
-  Splitter splitter(in, plain.decoded, end);
-  splitter.find();
+  const Splitter splitter(in, plain.decoded, end);
   const auto off = [&](double error) { return std::log(error / in.target); };
   const auto better = [&](double error, double than) {
     return error <= in.target ? than > in.target || error > than : error < than;
@@ -340,11 +338,11 @@ SteinerError add_steiner_points(const SeamContext& in, Attempt& best, bool exact
     const bool out_of_reach = now.error > in.target;
     const bool known_about = !exactly || in.target == 0 || std::fabs(off(now.error)) > kFar;
     if (!known_about) now = {in.error(a.decoded.mesh), true};
-    if (i == 0 || better(now.error, least.error)) best = std::move(a), least = now;
+    if (better(now.error, least.error)) best = std::move(a), least = now;
     const double excess = off(now.error);
     if (known_about || out_of_reach || (excess <= 0 && excess > -kContent)) break;
     (excess > 0 ? missed : kept) = aim;
-    aim = missed < INFINITY && kept > -INFINITY ? (missed + kept) / 2 : aim - excess - kMeant;
+    aim = missed < INFINITY && kept > -INFINITY ? (missed + kept) / 2 : aim - excess - kAim;
   }
   return least;
 }
