@@ -10,37 +10,74 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "relief/relief.h"
 #include "sha256.h"
 
+#if __has_include(<sanitizer/asan_interface.h>)
+#include <sanitizer/asan_interface.h>
+#else
+#define ASAN_POISON_MEMORY_REGION(begin, size)
+#define ASAN_UNPOISON_MEMORY_REGION(begin, size)
+#endif
+
 namespace relief {
 
-// An uninitialised block of the heap, of exactly `size` bytes (one if 0), aligned to 16.
+// An uninitialised block of exactly `size` bytes (one if 0), aligned to 16. Its memory is that of a block
+// before where it can be, as fresh memory is most of a decode's time; what it does not use is poisoned.
 class HeapBlock {
  public:
-  explicit HeapBlock(size_t size) : size_(size) {
-    void* bytes;  // malloc aligns to 8 on some machines of 32 bits, and aligned_alloc takes multiples only
-    if (posix_memalign(&bytes, 16, size ? size : 1)) throw std::bad_alloc();
-    bytes_.reset(static_cast<uint8_t*>(bytes));
+  explicit HeapBlock(size_t size) : size_(size), memory_(taken(size ? size : 1)) {
+    ASAN_POISON_MEMORY_REGION(data(), memory_.capacity);
+    ASAN_UNPOISON_MEMORY_REGION(data(), size ? size : 1);
   }
   HeapBlock(const void* data, size_t size) : HeapBlock(size) {
-    if (size) std::memcpy(bytes_.get(), data, size);
+    if (size) std::memcpy(this->data(), data, size);
   }
-  uint8_t* data() const { return bytes_.get(); }
+  HeapBlock(HeapBlock&&) = default;
+  ~HeapBlock() {
+    if (memory_.bytes && memory_.capacity <= kLargestKept && spare().size() < kMostKept)
+      spare().push_back(std::move(memory_));
+  }
+  uint8_t* data() const { return memory_.bytes.get(); }
   size_t size() const { return size_; }
   template <class T>
   T* as() const {
-    return reinterpret_cast<T*>(bytes_.get());
+    return reinterpret_cast<T*>(data());
   }
 
  private:
+  static constexpr size_t kLargestKept = 1 << 25, kMostKept = 8;
   struct Free {
     void operator()(void* p) const { std::free(p); }
   };
+  struct Memory {
+    std::unique_ptr<uint8_t, Free> bytes;
+    size_t capacity = 0;
+  };
+  static std::vector<Memory>& spare() {
+    static std::vector<Memory> all;
+    return all;
+  }
+  static Memory taken(size_t size) {  // the smallest spare one that is large enough
+    auto best = spare().end();
+    for (auto m = spare().begin(); m != spare().end(); ++m)
+      if (m->capacity >= size && (best == spare().end() || m->capacity < best->capacity)) best = m;
+    if (best == spare().end()) return allocated(size);
+    Memory m = std::move(*best);
+    spare().erase(best);
+    return m;
+  }
+  static Memory allocated(size_t size) {
+    if (spare().size() == kMostKept) spare().erase(spare().begin());
+    void* bytes;  // malloc aligns to 8 on some machines of 32 bits, and aligned_alloc takes multiples only
+    if (posix_memalign(&bytes, 16, size)) throw std::bad_alloc();
+    return {std::unique_ptr<uint8_t, Free>(static_cast<uint8_t*>(bytes)), size};
+  }
   size_t size_;
-  std::unique_ptr<uint8_t, Free> bytes_;
+  Memory memory_;
 };
 
 struct Decoded {
@@ -63,6 +100,10 @@ inline relief_options options_of(const relief_limits* limits, uint32_t flags = 0
 // Vectors of three numbers, `stride` bytes apart, as floats.
 template <class T>
 std::vector<float> unpacked(const uint8_t* bytes, size_t stride, size_t count) {
+  if (std::is_same_v<T, float> && stride == 12) {
+    const float* first = reinterpret_cast<const float*>(bytes);
+    return {first, first + 3 * count};
+  }
   std::vector<float> all;
   all.reserve(3 * count);
   for (size_t i = 0; i < count; i++, bytes += stride)
@@ -106,8 +147,11 @@ Decoded decode_exactly_by(const void* data, size_t size, const relief_options* o
                         : unpacked<float>(normals.data(), normal_stride, n);
   for (size_t i = 0; quantised && i < d.positions.size(); i++)
     d.positions[i] = float(mesh.offset[i % 3] + double(mesh.scale) * d.positions[i] / 32767);
-  for (size_t i = 0; i < 3 * size_t(mesh.triangle_count); i++)
-    d.indices.push_back(narrow ? indices.as<uint16_t>()[i] : indices.as<uint32_t>()[i]);
+  const size_t corners = 3 * size_t(mesh.triangle_count);
+  if (narrow)
+    d.indices.assign(indices.as<uint16_t>(), indices.as<uint16_t>() + corners);
+  else
+    d.indices.assign(indices.as<uint32_t>(), indices.as<uint32_t>() + corners);
   for (size_t i = 0; i < 4 * n && d.info.has_colors; i++)
     d.colors.push_back(colors.data()[i / 4 * color_stride + i % 4]);
   mesh.positions = mesh.normals = mesh.colors = mesh.indices = nullptr;
@@ -183,16 +227,21 @@ inline Decoded decode_randomly(const void* data, size_t size, const relief_limit
 class DirectedEdges {
  public:
   // indices: all below `vertices`
-  DirectedEdges(const std::vector<uint32_t>& indices, size_t vertices) : begin_(vertices + 1, 0) {
-    entries_.resize(indices.size());
+  DirectedEdges(const std::vector<uint32_t>& indices, size_t vertices)
+      : begin_(vertices + 1, 0), block_(indices.size() * sizeof(Entry)), entries_(block_.as<Entry>()) {
+    const size_t edges = indices.size();
     for (uint32_t i : indices) begin_[i + 1]++;
     for (size_t v = 0; v < vertices; v++) begin_[v + 1] += begin_[v];
-    std::vector<size_t> end(begin_);
-    for (size_t t = 0; t < indices.size(); t += 3)
-      for (size_t k = 0; k < 3; k++)
-        entries_[end[indices[t + k]]++] = {indices[t + (k + 1) % 3], indices[t + (k + 2) % 3]};
-    for (size_t v = 0; v < vertices; v++)
-      std::sort(entries_.begin() + ptrdiff_t(begin_[v]), entries_.begin() + ptrdiff_t(begin_[v + 1]));
+    // Each vertex has as many edges that come as edges that go: in the order of where they end, then from
+    // where they begin.
+    const HeapBlock by_end(edges * sizeof(uint32_t));
+    std::vector<uint32_t> at(begin_.begin(), begin_.end());
+    for (uint32_t i = 0; i < edges; i++) by_end.as<uint32_t>()[at[indices[next(i)]]++] = i;
+    at.assign(begin_.begin(), begin_.end());
+    for (size_t i = 0; i < edges; i++) {
+      const uint32_t e = by_end.as<uint32_t>()[i];
+      entries_[at[indices[e]]++] = {indices[next(e)], indices[next(next(e))]};
+    }
   }
 
   bool unique() const {
@@ -214,9 +263,9 @@ class DirectedEdges {
   bool one_fan_each() const {
     for (uint32_t v = 0; v + 1 < begin_.size(); v++) {
       if (begin_[v] == begin_[v + 1]) return false;
-      const Entry* first = &entries_[begin_[v]];
+      const Entry* first = entries_ + begin_[v];
       for (size_t i = begin_[v]; i < begin_[v + 1]; i++)
-        if (!find(entries_[i].to, v)) first = &entries_[i];  // a fan begins at a border
+        if (!find(entries_[i].to, v)) first = entries_ + i;  // a fan begins at a border
       size_t visited = 0;
       const Entry* e = first;
       do {
@@ -231,15 +280,16 @@ class DirectedEdges {
  private:
   struct Entry {
     uint32_t to, third;
-    bool operator<(const Entry& o) const { return to < o.to; }
   };
+  static uint32_t next(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
   const Entry* find(uint32_t from, uint32_t to) const {
-    const Entry *begin = entries_.data() + begin_[from], *end = entries_.data() + begin_[from + 1];
-    const Entry* e = std::lower_bound(begin, end, Entry{to, 0});
+    const Entry *begin = entries_ + begin_[from], *end = entries_ + begin_[from + 1];
+    const Entry* e = std::lower_bound(begin, end, to, [](const Entry& a, uint32_t b) { return a.to < b; });
     return e != end && e->to == to ? e : nullptr;
   }
-  std::vector<size_t> begin_;  // of the entries of each vertex
-  std::vector<Entry> entries_;
+  std::vector<uint32_t> begin_;  // of the entries of each vertex
+  HeapBlock block_;
+  Entry* entries_;
 };
 
 // What is wrong with a decoded mesh, or "". closed: it must have no border.
