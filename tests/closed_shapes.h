@@ -120,7 +120,7 @@ inline TriangleMesh make_tube(int along, int around, double r,
 
 struct ClosedShape {
   std::string name;
-  TriangleMesh mesh;
+  std::function<TriangleMesh()> make;
   int components, genus;
 };
 
@@ -186,55 +186,62 @@ inline std::vector<ClosedShape> closed_shapes() {
   using shapes::kPi;
   using shapes::Point;
   std::vector<ClosedShape> s;
-  s.push_back({"bumpy sphere", make_bumpy_sphere(5), 1, 0});
-  s.push_back({"torus", make_torus(96, 40), 1, 1});
-  s.push_back({"double torus", shapes::make_double_torus(80), 1, 2});
-  s.push_back({"thin plate", make_box({60, 60, 2}, {2, 2, 0.02}), 1, 0});
+  s.push_back({"bumpy sphere", [] { return make_bumpy_sphere(5); }, 1, 0});
+  s.push_back({"torus", [] { return make_torus(96, 40); }, 1, 1});
+  s.push_back({"double torus", [] { return shapes::make_double_torus(80); }, 1, 2});
+  s.push_back({"thin plate", [] { return make_box({60, 60, 2}, {2, 2, 0.02}); }, 1, 0});
   s.push_back({"spike",
-               mapped(make_sphere(5),
-                      [](Point p) {
-                        const double d = std::max(0.0, p[2] - 0.9) / 0.1, stretch = 1 + 2 * d * d * d;
-                        return Point{p[0], p[1], p[2] * stretch};
-                      }),
+               [] {
+                 return mapped(make_sphere(5), [](Point p) {
+                   const double d = std::max(0.0, p[2] - 0.9) / 0.1, stretch = 1 + 2 * d * d * d;
+                   return Point{p[0], p[1], p[2] * stretch};
+                 });
+               },
                1, 0});
-  s.push_back({"nested spheres", make_nested_spheres(4), 2, 0});
+  s.push_back({"nested spheres", [] { return make_nested_spheres(4); }, 2, 0});
   s.push_back({"trefoil knot",
-               make_tube(400, 24, 0.3,
-                         [](double t) {
-                           return Point{std::sin(t) + 2 * std::sin(2 * t), std::cos(t) - 2 * std::cos(2 * t),
-                                        -std::sin(3 * t)};
-                         }),
+               [] {
+                 return make_tube(400, 24, 0.3, [](double t) {
+                   return Point{std::sin(t) + 2 * std::sin(2 * t), std::cos(t) - 2 * std::cos(2 * t),
+                                -std::sin(3 * t)};
+                 });
+               },
                1, 1});
-  s.push_back({"cube", make_cube(24), 1, 0});
-  s.push_back({"cheese", shapes::make_cheese(60), 2, 3});
+  s.push_back({"cube", [] { return make_cube(24); }, 1, 0});
+  s.push_back({"cheese", [] { return shapes::make_cheese(60); }, 2, 3});
   s.push_back({"linked rings",
-               joined(make_torus(96, 40), flipped(mapped(make_torus(96, 40),
-                                                         [](Point p) {
-                                                           return Point{p[0] + 1, p[2], p[1]};
-                                                         }))),
+               [] {
+                 return joined(make_torus(96, 40), flipped(mapped(make_torus(96, 40), [](Point p) {
+                                 return Point{p[0] + 1, p[2], p[1]};
+                               })));
+               },
                2, 2});
-  s.push_back({"drilled slab", shapes::make_drilled(3, 3, 0.3, 0.3, 90), 1, 9});
-  s.push_back({"cup", shapes::make_cup(80), 1, 1});
-  s.push_back({"touching spheres", joined(make_sphere(4), moved(make_sphere(4), 2.01, 0, 0)), 2, 0});
-  TriangleMesh swarm = make_sphere(5);
-  for (int i = 0; i < 12; i++)
-    swarm = joined(swarm, moved(make_sphere(i % 3, 0.03), 1.3 * std::cos(0.5 * i), 1.3 * std::sin(0.5 * i),
-                                0.1 * (i % 5)));
-  s.push_back({"moons", swarm, 13, 0});
+  s.push_back({"drilled slab", [] { return shapes::make_drilled(3, 3, 0.3, 0.3, 90); }, 1, 9});
+  s.push_back({"cup", [] { return shapes::make_cup(80); }, 1, 1});
+  s.push_back(
+      {"touching spheres", [] { return joined(make_sphere(4), moved(make_sphere(4), 2.01, 0, 0)); }, 2, 0});
+  s.push_back({"moons",
+               [] {
+                 TriangleMesh swarm = make_sphere(5);
+                 for (int i = 0; i < 12; i++)
+                   swarm = joined(swarm, moved(make_sphere(i % 3, 0.03), 1.3 * std::cos(0.5 * i),
+                                               1.3 * std::sin(0.5 * i), 0.1 * (i % 5)));
+                 return swarm;
+               },
+               13, 0});
   s.push_back({"flattened",
-               mapped(make_bumpy_sphere(5),
-                      [](Point p) {
-                        return Point{p[0], p[1], 0.03 * p[2]};
-                      }),
+               [] {
+                 return mapped(make_bumpy_sphere(5), [](Point p) { return Point{p[0], p[1], 0.03 * p[2]}; });
+               },
                1, 0});
   s.push_back({"star",
-               mapped(make_sphere(6),
-                      [](Point p) {
-                        const double a = std::atan2(p[1], p[0]),
-                                     r = 1 +
-                                         0.6 * std::pow(std::fabs(std::sin(2.5 * a)), 4) * (1 - p[2] * p[2]);
-                        return Point{r * p[0], r * p[1], 0.4 * p[2]};
-                      }),
+               [] {
+                 return mapped(make_sphere(6), [](Point p) {
+                   const double a = std::atan2(p[1], p[0]),
+                                r = 1 + 0.6 * std::pow(std::fabs(std::sin(2.5 * a)), 4) * (1 - p[2] * p[2]);
+                   return Point{r * p[0], r * p[1], 0.4 * p[2]};
+                 });
+               },
                1, 0});
   return s;
 }

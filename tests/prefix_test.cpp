@@ -53,14 +53,14 @@ void expect_error_falls(const TriangleMesh& mesh, const std::vector<uint8_t>& st
 class Prefixes : public testing::TestWithParam<Case> {};
 
 TEST_P(Prefixes, ErrFurtherTheShorterTheyAre) {
-  const ClosedShape s = shape(GetParam().shape);
+  const TriangleMesh mesh = shape(GetParam().shape).make();
   EncodeOptions options;
   options.error = 3e-4;
   options.coder = GetParam().coder;
   options.allocation = GetParam().allocation;
-  const EncodeResult result = encode(s.mesh, options);
+  const EncodeResult result = encode(mesh, options);
   EXPECT_TRUE(result.target_met);
-  expect_error_falls(s.mesh, result.stream, name_of(GetParam()));
+  expect_error_falls(mesh, result.stream, name_of(GetParam()));
 }
 
 // Long streams, so that decoding goes on from many a place inside of bands and passes.
