@@ -26,20 +26,19 @@
 namespace relief {
 
 // An uninitialised block of exactly `size` bytes (one if 0), aligned to 16. Its memory is that of a block
-// before where it can be, as fresh memory is most of a decode's time; what it does not use is poisoned.
+// before where it can be, as fresh memory is most of a decode's time; what no block uses is poisoned.
 class HeapBlock {
  public:
   explicit HeapBlock(size_t size) : size_(size), memory_(taken(size ? size : 1)) {
-    ASAN_POISON_MEMORY_REGION(data(), memory_.capacity);
     ASAN_UNPOISON_MEMORY_REGION(data(), size ? size : 1);
   }
   HeapBlock(const void* data, size_t size) : HeapBlock(size) {
     if (size) std::memcpy(this->data(), data, size);
   }
-  HeapBlock(HeapBlock&&) = default;
   ~HeapBlock() {
-    if (memory_.bytes && memory_.capacity <= kLargestKept && spare().size() < kMostKept)
-      spare().push_back(std::move(memory_));
+    if (memory_.capacity > kLargestKept || spare().size() == kMostKept) return;
+    ASAN_POISON_MEMORY_REGION(data(), memory_.capacity);
+    spare().push_back(std::move(memory_));
   }
   uint8_t* data() const { return memory_.bytes.get(); }
   size_t size() const { return size_; }
