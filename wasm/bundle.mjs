@@ -1,13 +1,15 @@
 // node bundle.mjs SOURCE.mjs PLAIN.wasm SIMD.wasm OUT.mjs: writes the ES module with both WebAssembly modules inside, the one
 // with vectors as what differs from the other. Fails unless both import nothing and all keep to their budgets (budget.json).
 //
-// A byte is a character of a string: in UTF-8, as modules are, that and gzip give about what base64 of a compressed module
-// would (in brotli less), and the browser needs nothing to unpack it.
+// They are compressed by zopfli, which browsers undo themselves, and then in base64, which gzip undoes when the module is
+// sent: so it is small on disk, too.
+import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
+import { createRequire } from 'node:module';
 import zlib from 'node:zlib';
 
+const esbuild = createRequire(new URL('../web/package.json', import.meta.url))('esbuild');
 const BUDGET = JSON.parse(fs.readFileSync(new URL('budget.json', import.meta.url)));  // bytes; of the ES module as gzip -9 makes it
-const ROTATED = 14;  // as in relief.mjs
 const [sourceFile, plainFile, simdFile, outFile] = process.argv.slice(2);
 
 const varint = value => (value < 128 ? [value] : [(value % 128) + 128, ...varint(Math.floor(value / 128))]);
@@ -47,17 +49,27 @@ function deltaOf(old, fresh) {
   return Buffer.from(delta);
 }
 
-// A string literal of one character a byte.
-function literal(bytes) {
-  const escapes = { 0: '\\x00', 10: '\\n', 13: '\\r', 39: "\\'", 92: '\\\\' };
-  const characterOf = code => escapes[code] ?? String.fromCharCode(code);
-  return `'${Array.from(bytes, byte => characterOf((byte + ROTATED) % 256)).join('')}'`;
+// zlib's format.
+function compressed(bytes) {
+  const file = `${outFile}.unpacked`;
+  fs.writeFileSync(file, bytes);
+  const packed = execFileSync('zopfli', ['--i50', '--zlib', '-c', file], { maxBuffer: 1 << 24 });
+  fs.rmSync(file);
+  return packed;
+}
+
+// No comments but the first line and one that is for bundlers, short names.
+function minified(source) {
+  const { code } = esbuild.transformSync(source, { minify: true, format: 'esm', target: 'es2022' });
+  return `${source.split('\n', 1)[0]}\n${code.replace('import([', 'import(/* @vite-ignore */[')}`;
 }
 
 const plain = fs.readFileSync(plainFile), simd = fs.readFileSync(simdFile);
-const parts = { PLAIN: plain, DELTA: deltaOf(plain, simd) };
-const source = fs.readFileSync(sourceFile, 'utf8').replace(/^ *\/\/ (?!Relief).*\n|  \/\/ .*$|^ +/gm, '');  // no comments, no indentation
-const code = source.replace(/(PLAIN|DELTA) = ''/g, (_, name) => `${name} = ${literal(parts[name])}`);
+const unpacked = Buffer.concat([plain, deltaOf(plain, simd)]);
+const filledIn = { PACKED: compressed(unpacked).toString('base64'), UNPACKED_BYTES: unpacked.length, PLAIN_BYTES: plain.length, SIMD_BYTES: simd.length };
+const source = Object.entries(filledIn).reduce(
+  (text, [name, value]) => text.replace(new RegExp(`\\b${name} = (''|0)`), `${name} = ${JSON.stringify(value)}`), fs.readFileSync(sourceFile, 'utf8'));
+const code = minified(source);
 fs.writeFileSync(outFile, code);
 
 const gzip = zlib.gzipSync(code, { level: 9 }).length;

@@ -10,19 +10,17 @@ const DEFAULT_LIMITS = { maxPatches: 2 ** 20, maxPixels: 2 ** 28, maxVertices: 2
 const KEEP_BYTES = 64 << 20;  // WebAssembly memory never shrinks: an instance that grew beyond this is let go
 const WORKER = 'relief-decoder';
 
-// The module without vectors, and what makes the one with vectors of it; bundle.mjs puts them in, a character a byte.
-const PLAIN = '', DELTA = '';
+// The module without vectors and behind it what makes the one with vectors of it, compressed (zlib, base64), and how large they
+// are; bundle.mjs puts them in.
+const PACKED = '', UNPACKED_BYTES = 0, PLAIN_BYTES = 0, SIMD_BYTES = 0;
 
 // A function that splats an i32 and counts bits: valid where WebAssembly has vectors.
 const SIMD_PROBE = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11);
 
-const ROTATED = 14;  // added to each byte, so that few are characters which need escapes
-const bytesOf = text => Uint8Array.from(text, character => character.charCodeAt(0) - ROTATED);
-
 // Undoes bundle.mjs' delta: in turns bytes of its own, in place of as many of `old`, and bytes of `old`, from a number further.
-function patched(old, delta) {
-  const out = [];
-  let at = 0, from = 0;
+function patched(old, delta, size) {
+  const out = new Uint8Array(size);
+  let at = 0, from = 0, to = 0;
   const number = () => {
     let value = 0, scale = 1, byte;
     do {
@@ -32,20 +30,29 @@ function patched(old, delta) {
     } while (byte > 127);
     return value;
   };
+  const copy = (bytes, begin, count) => {
+    out.set(bytes.subarray(begin, begin + count), to);
+    to += count;
+    return begin + count;
+  };
   for (;;) {
     const own = number();
-    out.push(...delta.subarray(at, at += own));
-    if (at >= delta.length) return Uint8Array.from(out);
-    const shift = number(), copied = number();
-    from += own + (shift & 1 ? -(shift + 1) / 2 : shift / 2);
-    out.push(...old.subarray(from, from += copied));
+    at = copy(delta, at, own);
+    if (to === size) return out;
+    const shift = number();
+    from = copy(old, from + own + (shift & 1 ? -(shift + 1) / 2 : shift / 2), number());
   }
 }
 
-// The module that suits this machine.
-function moduleBytes() {
-  const plain = bytesOf(PLAIN);
-  return WebAssembly.validate(SIMD_PROBE) ? patched(plain, bytesOf(DELTA)) : plain;
+// The module that suits this machine. In loops, which start faster than what takes a function a byte, and read without a
+// Response, for which Node would load its whole fetch.
+async function moduleBytes() {
+  const text = atob(PACKED), packed = new Uint8Array(text.length), bytes = new Uint8Array(UNPACKED_BYTES);
+  for (let i = 0; i < packed.length; i++) packed[i] = text.charCodeAt(i);
+  const reader = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate')).getReader();
+  for (let at = 0, part; !(part = await reader.read()).done; at += part.value.length) bytes.set(part.value, at);
+  const plain = bytes.subarray(0, PLAIN_BYTES);
+  return WebAssembly.validate(SIMD_PROBE) ? patched(plain, bytes.subarray(PLAIN_BYTES), SIMD_BYTES) : plain;
 }
 
 export class ReliefError extends Error {
@@ -56,7 +63,8 @@ export class ReliefError extends Error {
   }
 }
 
-export async function createReliefDecoder({ workers = 0, module: given = moduleBytes() } = {}) {
+export async function createReliefDecoder({ workers = 0, module: given } = {}) {
+  given ??= await moduleBytes();
   const module = given instanceof WebAssembly.Module ? given : await WebAssembly.compile(given);
   const state = { module, instance: await WebAssembly.instantiate(module) };
   const decodeHere = (stream, options) => guarded(state, wasm => decode(wasm, stream, options ?? {}));
@@ -265,7 +273,7 @@ if (globalThis.WorkerGlobalScope && globalThis.name === WORKER) serveReliefWorke
 
 async function newWorker() {
   if (globalThis.Worker) return new Worker(new URL('./relief.mjs', import.meta.url), { type: 'module', name: WORKER });
-  const { Worker: Thread } = await import(/* @vite-ignore */ 'node:' + 'worker_threads');
+  const { Worker: Thread } = await import(/* @vite-ignore */ ['node', 'worker_threads'].join(':'));  // no bundler looks for it
   const serve = `import(${JSON.stringify(import.meta.url)}).then(relief => relief.serveReliefWorker(require('node:worker_threads').parentPort))`;
   return new Thread(serve, { eval: true });
 }
