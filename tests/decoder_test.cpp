@@ -680,14 +680,43 @@ TEST(CoarseMask, IsCleanAfterwards) {
 TEST(Prefix, EachDecodesOrIsTooShort) {
   for (const Golden& g : golden()) {
     const uint32_t masks_end = decode_bytes(g.stream).info.masks_end;
+    size_t least = 0;  // the first that is not too short
     for (size_t n = 0; n < g.stream.size(); n++) {
       const std::vector<uint8_t> prefix(g.stream.begin(), g.stream.begin() + ptrdiff_t(n));
-      const relief_status status =
-          expect_error_or_good_mesh(prefix, g.name + " cut to " + std::to_string(n), g.closed);
+      const relief_status status = expect_error_or_good_mesh(prefix, g.name + " cut to " + std::to_string(n),
+                                                             g.closed && n >= masks_end);
       // a prefix is as good as the stream or too short, never corrupt
-      EXPECT_EQ(status, n < masks_end ? RELIEF_ERROR_TRUNCATED : RELIEF_OK) << g.name << " cut to " << n;
+      EXPECT_EQ(status, least == 0 && status != RELIEF_OK ? RELIEF_ERROR_TRUNCATED : RELIEF_OK)
+          << g.name << " cut to " << n;
+      if (status == RELIEF_OK && least == 0) least = n;
+    }
+    EXPECT_GT(least, 29u) << g.name;
+    EXPECT_LE(least, masks_end) << g.name;
+  }
+}
+
+// Within the masks a prefix has the first of the patches, as flat as without any coefficient, and what is
+// made of it is what is made of these patches alone.
+TEST(Prefix, WithinTheMasksHasTheFirstPatches) {
+  size_t parts = 0;  // prefixes that have some of the patches
+  for (const Golden& g : golden()) {
+    const relief_info info = decode_bytes(g.stream).info;
+    std::vector<uint8_t> wanted(info.patch_count);
+    const relief_options o = options_of(nullptr, 0, 0, wanted.data());
+    uint32_t first = 0;  // so many are wanted
+    Decoded alone = decode_exactly(g.stream.data(), info.masks_end, &o);
+    for (size_t n = 0; n < info.masks_end; n++) {
+      const Decoded part = decode_exactly(g.stream.data(), n);
+      if (part.status != RELIEF_OK) continue;
+      while (!same(part, alone)) {
+        ASSERT_LT(first, info.patch_count) << g.name << ", " << n;
+        wanted[first++] = 1;
+        alone = decode_exactly(g.stream.data(), info.masks_end, &o);
+      }
+      parts += first > 0 && first < info.patch_count;
     }
   }
+  EXPECT_GT(parts, 100u);
 }
 
 // More bytes bring the surface nearer to that of the whole stream.
@@ -767,8 +796,13 @@ TEST(Arriving, RefusesWhatIsNotTheSameStream) {
         relief_decode_more(s.data(), s.size(), nullptr, nullptr, workspace.data(), workspace.size(), nullptr),
         RELIEF_ERROR_ARGUMENT);
     taken = 0;
-    EXPECT_EQ(more(s, info.masks_end - 1), RELIEF_ERROR_TRUNCATED);
+    EXPECT_EQ(more(s, 29), RELIEF_ERROR_TRUNCATED);
     EXPECT_EQ(taken, 0u);
+    EXPECT_EQ(more(s, info.masks_end - 1), RELIEF_OK);  // but nothing is kept of it
+    EXPECT_EQ(taken, 0u);
+    taken = 1;
+    EXPECT_EQ(more(s, info.masks_end - 1), RELIEF_ERROR_ARGUMENT);
+    taken = 0;
     EXPECT_EQ(more(s, info.masks_end), RELIEF_OK);
     EXPECT_EQ(taken, info.masks_end);
     std::vector<uint8_t> other = s;

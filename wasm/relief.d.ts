@@ -29,7 +29,7 @@ export interface ReliefInfo {
   workspaceBytes: number;
   origin: [number, number, number];
   scale: number;
-  /** Length of the shortest prefix that decodes. */
+  /** Bytes of the header, the patch table and the masks: a shorter prefix has some of the patches only, or none. */
   masksEnd: number;
   /** Whether vertices have colours. */
   hasColors: boolean;
@@ -97,8 +97,8 @@ export interface ReliefDecoder {
 
 export interface ReliefIncremental {
   /**
-   * Takes the next bytes of the stream in and returns what decode() makes of all so far, or null while they do not reach to
-   * the end of the masks (ReliefInfo.masksEnd). Earlier bytes are not decoded again; the mesh is made anew.
+   * Takes the next bytes of the stream in and returns what decode() makes of all so far, or null while that is nothing.
+   * Behind the masks (ReliefInfo.masksEnd) earlier bytes are not decoded again; the mesh is made anew.
    * @param options mesh: false returns no mesh, to save the time for it
    * Throws ReliefError; from then on always the same.
    */

@@ -231,7 +231,8 @@ function createIncremental(module, options) {
       throw error;
     }
     check(wasm, wasm.relief_decode_more(at.data, at.size, at.options, wanted ? at.mesh : 0, at.workspace, at.info.workspaceBytes, at.taken));
-    return wanted ? takeMesh(wasm, at) : null;
+    const mesh = wanted && takeMesh(wasm, at);
+    return mesh && mesh.vertexCount > 0 ? mesh : null;
   }
 
   return {

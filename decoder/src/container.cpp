@@ -74,9 +74,11 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   // every patch costs at least a byte and a half of the table
   if (h.patch_count > h.table_bytes) return RELIEF_ERROR_CORRUPT;
   parsed.table_begin = size_t(p - begin);
-  if (h.table_bytes > size_t(end - p)) return RELIEF_ERROR_TRUNCATED;
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
-  const size_t left = size - parsed.coefficients_begin;
+  const size_t here = size - parsed.table_begin;
+  parsed.masks_cut = here < h.table_bytes;
+  parsed.table_bytes = parsed.masks_cut ? here : h.table_bytes;
+  const size_t left = here - parsed.table_bytes;
   uint64_t colour_bytes = 0;
   for (uint32_t b : h.colour_bytes) colour_bytes += b;
   const uint64_t surface_bytes = uint64_t(h.coefficient_bytes) + h.seam_bytes;
@@ -95,7 +97,9 @@ relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Pars
   t = Totals();
   for (uint32_t i = 0; i < parsed.header.patch_count; i++) {
     PatchHeader patch = {};
-    if (!code_patch(coder, models, patch)) return RELIEF_ERROR_CORRUPT;
+    const bool good = code_patch(coder, models, patch);
+    if (coder.exhausted()) return RELIEF_ERROR_TRUNCATED;
+    if (!good) return RELIEF_ERROR_CORRUPT;
     const uint64_t pixels = uint64_t(patch.width) * patch.height;
     const uint64_t mask = mask_buffer(patch.width, patch.height);
     const uint64_t scratch = wavelet_scratch(patch.width, patch.height);

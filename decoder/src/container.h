@@ -22,8 +22,10 @@ struct Parsed {
   StreamHeader header;
   Totals totals;
   size_t table_begin, coefficients_begin;  // offsets of the parts
+  size_t table_bytes;                      // of table and masks that are here
   size_t coefficient_bytes;                // that are here
   bool cut;                                // the bytes end before the colours
+  bool masks_cut;                          // the bytes end before the masks do
   size_t colours_begin, colour_bytes;      // what is here of all channels
 };
 
@@ -32,6 +34,11 @@ bool read_varint(const uint8_t*& p, const uint8_t* end, uint32_t& value);
 
 // Reads the header and checks it. Everything but the patch table.
 relief_status parse_header(const void* data, size_t size, const relief_limits& limits, Parsed& parsed);
+
+// Where the patch table begins, and the masks behind it.
+inline RangeDecoder table_coder(const void* data, const Parsed& parsed) {
+  return {static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.table_bytes, parsed.masks_cut};
+}
 
 // Decodes the patch table from `coder` into `patches` (null: only sums up).
 relief_status parse_table(RangeDecoder& coder, const relief_limits& limits, Parsed& parsed,

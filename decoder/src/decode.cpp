@@ -133,8 +133,7 @@ relief_status parse(const void* data, size_t size, const relief_options& o, Pars
   const relief_status status = parse_header(data, size, *o.limits, parsed);
   if (status != RELIEF_OK) return status;
   parsed.level = int(o.level);
-  RangeDecoder coder(static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.header.table_bytes,
-                     false);
+  RangeDecoder coder = table_coder(data, parsed);
   return parse_table(coder, *o.limits, parsed, nullptr);
 }
 
@@ -179,7 +178,7 @@ relief_status mesh_patches(const relief_options& o, Workspace& w, OpenPatches& o
                            uint8_t* colors, const Leaves& leaves) {
   const StreamHeader& h = open.parsed.header;
   open.components = 0;
-  open.whole = true;
+  open.whole = !open.parsed.masks_cut;
   for (uint32_t i = 0; i < h.patch_count; i++) {
     if (o.patches && !o.patches[i]) {
       open.whole = false;
@@ -203,12 +202,13 @@ relief_status mesh_patches(const relief_options& o, Workspace& w, OpenPatches& o
 relief_status read_masks(const uint8_t* data, const relief_options& o, const Workspace& w, Parsed& parsed,
                          const Leaves& leaves) {
   const StreamHeader& h = parsed.header;
-  RangeDecoder table(data + parsed.table_begin, h.table_bytes, false);
+  RangeDecoder table = table_coder(data, parsed);
   const relief_status status = parse_table(table, *o.limits, parsed, w.patches);
   if (status != RELIEF_OK) return status;
   memset(w.planes.mask, 0, parsed.totals.planes);
   stage_done(Stage::kTable);
-  if (decode_masks(table, w.planes, leaves) != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
+  const uint64_t pixels = decode_masks(table, w.planes, leaves);
+  if (parsed.masks_cut ? pixels > h.mask_pixels : pixels != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
   stage_done(Stage::kMasks);
   return RELIEF_OK;
 }
@@ -364,19 +364,19 @@ relief_status decode_more(const void* data, size_t size, const relief_options& o
   const uint8_t* const bytes = static_cast<const uint8_t*>(data);
   relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
   if (status != RELIEF_OK) return status;
-  const Progress progress = {hash_of(bytes, open.parsed.coefficients_begin), o.level, o.flags};
+  const bool whole = !open.parsed.masks_cut;  // else there is nothing to go on from
+  const Progress progress = {hash_of(bytes, whole ? open.parsed.coefficients_begin : 0), o.level, o.flags};
   if (*taken == 0) {
     status = read_masks(bytes, o, w, open.parsed, leaves);
     if (status != RELIEF_OK) return status;
     start_coefficients(w, open.parsed);
-    *w.progress = progress;
   } else if (!(*w.progress == progress)) {
     return RELIEF_ERROR_ARGUMENT;
   } else if (o.level > 0) {
     restore_masks(w, leaves);
   }
   read_coefficients(bytes, w, open.parsed, leaves);
-  *taken = size;
+  if (whole) *w.progress = progress, *taken = size;
   return out ? make_mesh(bytes, o, w, open, out, leaves) : RELIEF_OK;
 }
 

@@ -11,7 +11,7 @@ struct OpenPatches {
   Parsed parsed;
   MeshWriter mesh;  // lattice coordinates
   Nodes nodes;
-  bool whole;           // no patch is left out
+  bool whole;           // no patch is left out, nor missing
   uint32_t components;  // connected pieces of patches
   int32_t spacing;      // the largest, lattice units
   const PatchHeader* patches;

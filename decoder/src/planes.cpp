@@ -14,7 +14,8 @@ RELIEF_COLD uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, con
     const size_t stride = mask_stride(w);
     memset(planes.mask_buffer, 0, mask_buffer(w, h));
     uint8_t* const rows = planes.mask_buffer + kMaskAbove * stride + kMaskBefore;
-    code_mask(coder, *planes.mask_models, rows, w, h, stride);
+    if (!coder.exhausted()) code_mask(coder, *planes.mask_models, rows, w, h, stride);
+    if (coder.exhausted()) memset(planes.mask_buffer, 0, mask_buffer(w, h));
     const Pyramid p = pyramid_of(w, h);
     uint8_t* const mask = planes.mask + begin.mask;
     planes.begin[i] = begin;

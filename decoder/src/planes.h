@@ -37,7 +37,8 @@ struct Planes {
   BiskSet* bisk_sets;
 };
 
-// Where the planes of all patches begin, their masks, and those of all bands. Returns the number of pixels.
+// Where the planes of all patches begin, their masks, and those of all bands. Returns the number of pixels. A
+// mask of which bytes are missing has none.
 uint64_t decode_masks(RangeDecoder& coder, const Planes& planes, const Leaves& leaves);
 
 // Before the first bytes of coefficients, after the masks.

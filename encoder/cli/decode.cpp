@@ -98,7 +98,8 @@ void add_decode(CLI::App& app, Run& run) {
   command
       ->add_option(
           "--bytes", a->options.bytes,
-          "Use only the first N bytes of each stream: a coarser surface (see relief info for the least)")
+          "Use only the first N bytes of each stream: a coarser surface (relief info tells from where on "
+          "it has all patches)")
       ->type_name("N")
       ->check(CLI::Range(uint64_t(1), UINT64_MAX));
   command

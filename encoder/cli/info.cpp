@@ -89,7 +89,7 @@ void print_text(const Stream& s, bool patches) {
               with_commas(s.bytes).c_str(), s.info.version, s.info.patch_count,
               with_commas(s.info.vertex_count).c_str(), with_commas(s.info.triangle_count).c_str(),
               with_commas(s.info.pixel_count).c_str());
-  std::printf("decoding needs %s bytes of workspace; the shortest prefix that decodes is %s bytes\n",
+  std::printf("decoding needs %s bytes of workspace; a prefix has all patches from %s bytes on\n",
               with_commas(s.info.workspace_bytes).c_str(), with_commas(s.info.masks_end).c_str());
   print_share("header", s.ledger.header, s.bytes);
   print_share("side information", s.ledger.side, s.bytes);

@@ -29,6 +29,15 @@ def reference(data, limits, way):
         return str(e.args[0])
 
 
+def masks_end(data):
+    at, table = 29, 0
+    for i in range(12 if data[4] & 4 else 8):
+        value, at, _ = decode.varint(data, at)
+        if i == 5:
+            table = value
+    return at + table
+
+
 def damaged(data, header, generator):
     """Some bytes altered, mostly behind the header; now and then an end cut off or the seams replaced."""
     bytes_ = bytearray(data)
@@ -76,6 +85,9 @@ def main(tool, count, seed=1, *files):
     names = list(files) or sorted(os.path.join(golden, n) for n in os.listdir(golden) if n.endswith('.relief'))
     streams = [open(n, 'rb').read() for n in names]
     jobs = [(s, decode.LIMITS, way) for s in streams for way in range(len(WAYS))]
+    for s in streams:  # cut within the masks, and anywhere
+        for end in 3 * [masks_end(s)] + [len(s)]:
+            jobs.append((s[:generator.randrange(29, end)], decode.LIMITS, generator.choice([0, 0, *range(len(WAYS))])))
     for _ in range(int(count)):
         s = generator.choice(streams)
         jobs.append((damaged(s, 29, generator), SMALL, generator.choice([0, 0, 0, 0, 0, 0, 0, *range(len(WAYS))])))

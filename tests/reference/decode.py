@@ -98,11 +98,10 @@ class Stream:
             raise Error(LIMIT)
         if self.patch_count > table:
             raise Error(CORRUPT)
-        if table > len(data) - at:
-            raise Error(TRUNCATED)
         self.table = data[at:at + table]
+        self.masks_cut = table > len(self.table)
         at += table
-        left = len(data) - at
+        left = max(0, len(data) - at)
         self.cut = coefficients + seams > left
         if coefficients + seams + sum(colours) < left:
             raise Error(CORRUPT)
@@ -264,6 +263,8 @@ def read_table(stream, coder, limits):
         p.width = 1 + coder.golomb(sets['width'])
         p.height = 1 + coder.golomb(sets['height'])
         p.x0, p.y0, p.z0 = (coder.signed(sets[k]) for k in ('x0', 'y0', 'z0'))
+        if coder.exhausted():
+            raise Error(TRUNCATED)
         if p.u > 127 or p.v > 127 or spacing_index > 63 or abs(step_index) > 31 or max(p.width, p.height) > 1 << 15:
             raise Error(CORRUPT)
         p.spacing = f32(stream.spacing * power(-spacing_index))
@@ -1651,7 +1652,7 @@ LIMITS = (1 << 20, 1 << 28, 1 << 27)
 
 def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1'):
     stream = Stream(data, limits)
-    coder = Coder(stream.table)
+    coder = Coder(stream.table, stream.masks_cut)
     patches = read_table(stream, coder, limits)
     most_vertices = stream.mask_pixels + 7 * stream.boundary_nodes
     most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes + 16 * (stream.boundary_nodes // 32)
@@ -1661,9 +1662,12 @@ def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1
         raise Error(CORRUPT)
     mask_models = MaskModels()
     for p in patches:
-        p.mask = {('low', 0): Plane(p.width, p.height, read_mask(coder, mask_models, p.width, p.height))}
+        rows = None if coder.exhausted() else read_mask(coder, mask_models, p.width, p.height)
+        p.here = not coder.exhausted()
+        p.mask = {('low', 0): Plane(p.width, p.height, rows if p.here else [[0] * p.width for _ in range(p.height)])}
         make_masks(p)
-    if sum(sum(map(sum, p.mask['low', 0].rows)) for p in patches) != stream.mask_pixels:
+    pixels = sum(sum(map(sum, p.mask['low', 0].rows)) for p in patches)
+    if pixels > stream.mask_pixels or (pixels < stream.mask_pixels and not stream.masks_cut):
         raise Error(CORRUPT)
     read_coefficients(stream, patches)
     z_of = {p: heights(p, level) for p in patches}
@@ -1671,8 +1675,8 @@ def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1
         read_colours(stream, patches, level)
     colours = []
     mesh, nodes = Mesh(), []
-    chosen = [p for i, p in enumerate(patches) if wanted[i % len(wanted)] == '1']
-    whole = len(chosen) == len(patches)
+    chosen = [p for i, p in enumerate(patches) if p.here and wanted[i % len(wanted)] == '1']
+    whole = len(chosen) == len(patches) and not stream.masks_cut
     for p in chosen:
         z = z_of[p]
         if level > 0:

@@ -36,7 +36,7 @@ extern "C" {
 typedef enum relief_status {
   RELIEF_OK = 0,
   RELIEF_ERROR_ARGUMENT = 1,  /* a pointer is null, an option out of range, the workspace not aligned to 16 bytes */
-  RELIEF_ERROR_TRUNCATED = 2, /* the bytes end before the header, the patch table or the masks are complete */
+  RELIEF_ERROR_TRUNCATED = 2, /* the bytes end before the header or the patch table is complete */
   RELIEF_ERROR_MAGIC = 3,     /* the bytes do not begin with "RLF" */
   RELIEF_ERROR_VERSION = 4,   /* a stream version that this decoder does not know */
   RELIEF_ERROR_CORRUPT = 5,   /* a field is out of range, or two fields contradict each other */
@@ -112,7 +112,7 @@ typedef struct relief_info {
   uint64_t workspace_bytes;   /* memory that relief_decode needs, with these options */
   float origin[3];            /* position = origin + scale * (integer lattice coordinates). Coordinates lie within */
   float scale;                /* +-2^20: the only bounds of the mesh that can be had without decoding */
-  uint32_t masks_end;         /* bytes of header, patch table and masks: the shortest prefix that decodes */
+  uint32_t masks_end;         /* bytes of header, patch table and masks: from here on a prefix has all patches */
   uint32_t has_colors;        /* 1: vertices have colours; else 0 */
 } relief_info;
 
@@ -144,8 +144,9 @@ typedef struct relief_mesh {
 } relief_mesh;
 
 /* Decodes a stream to a triangle mesh with closed gaps.
- *   data, size       the stream, or any prefix of it of at least relief_info.masks_end bytes: a prefix decodes to
- *                    a coarser surface over the same masks
+ *   data, size       the stream, or any prefix of it that holds the patch table: from relief_info.masks_end bytes on
+ *                    a prefix decodes to a coarser surface over the same masks; a shorter one to the patches whose
+ *                    masks it has, flat, as if the others were left out (see relief_options.patches)
  *   options          what to decode and how to write it; null: everything, as floats
  *   mesh             in: arrays and capacities; out: counts and bounds. Capacities of relief_info.vertex_capacity and
  *                    triangle_capacity always suffice; vertex_count and triangle_count do for a whole stream at
@@ -166,8 +167,8 @@ RELIEF_API relief_status relief_decode(const void* data, size_t size, const reli
  *   mesh             as for relief_decode; null: take the bytes in, without a mesh. Its arrays may be others each time
  *   workspace        as for relief_decode; it is left alone between the calls (or moved, to where it is aligned as well)
  *   taken            in: 0, to begin a stream, or what the call before wrote; out: the bytes taken in. Untouched after
- *                    an error of the stream (as long as there are less than relief_info.masks_end bytes: TRUNCATED);
- *                    written before an error of the mesh (OUTPUT, CORRUPT), so that one can go on from there, too
+ *                    an error of the stream, and as long as there are less than relief_info.masks_end bytes, which
+ *                    are gone through again each time; written before an error of the mesh (OUTPUT, CORRUPT), so that one can go on from there, too
  * Errors: those of relief_decode. ARGUMENT also if taken is null or above size, or options or bytes up to
  * relief_info.masks_end are not those of the call before. */
 RELIEF_API relief_status relief_decode_more(const void* data, size_t size, const relief_options* options,

@@ -39,7 +39,8 @@ TriangleMesh decode(const uint8_t* data, size_t size, const DecodeOptions& optio
   out.vertex_capacity = info.vertex_capacity;
   out.triangle_capacity = info.triangle_capacity;
   check(relief_decode(data, size, &wanted, &out, workspace.get(), workspace_size));
-  if (out.vertex_count == 0) throw InputError("nothing is left of the surface at this level");
+  if (out.vertex_count == 0)
+    throw InputError("there is nothing of the surface at this level, or in so few bytes");
   mesh.positions.resize(out.vertex_count);
   mesh.normals.resize(out.vertex_count);
   if (info.has_colors) mesh.colors.resize(out.vertex_count);
