@@ -311,6 +311,22 @@ TEST(Limits, AreRespected) {
   EXPECT_EQ(relief_default_limits.max_vertices, 1u << 27);
 }
 
+// Memory above its limit: within the masks that may only be for want of bytes.
+TEST(Limits, OfMemory) {
+  for (const Golden& g : golden()) {
+    const relief_limits tight = {UINT32_MAX, UINT32_MAX, UINT32_MAX, 1},
+                        wide = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT64_MAX};
+    const relief_options little = options_of(&tight), much = options_of(&wide);
+    relief_info info;
+    ASSERT_EQ(relief_inspect(g.stream.data(), g.stream.size(), &much, &info), RELIEF_OK) << g.name;
+    auto inspected = [&](size_t size) { return relief_inspect(g.stream.data(), size, &little, &info); };
+    const size_t masks_end = info.masks_end;
+    EXPECT_EQ(inspected(g.stream.size()), RELIEF_ERROR_LIMIT) << g.name;
+    EXPECT_EQ(inspected(masks_end), RELIEF_ERROR_LIMIT) << g.name;
+    EXPECT_EQ(inspected(masks_end - 1), RELIEF_ERROR_TRUNCATED) << g.name;
+  }
+}
+
 // Every status comes out of the decoder, found without knowing the format: damage a byte and look.
 TEST(Status, EachIsReachableAndHasAText) {
   const std::vector<uint8_t>& s = golden("torus").stream;

@@ -423,9 +423,10 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   if (status != RELIEF_OK) return status;
   const StreamHeader& h = parsed.header;
   const Capacity all = with_gaps(h.mask_pixels, h), most = capacity_of(o, parsed);
-  if (all.vertices > UINT32_MAX || all.triangles > UINT32_MAX || h.vertex_count > o.limits->max_vertices ||
-      memory_bound(parsed) > memory_allowed(*o.limits, size))
+  if (all.vertices > UINT32_MAX || all.triangles > UINT32_MAX || h.vertex_count > o.limits->max_vertices)
     return RELIEF_ERROR_LIMIT;
+  if (memory_bound(parsed) > memory_allowed(*o.limits, size))  // with more bytes there may be enough
+    return parsed.masks_cut ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_LIMIT;
   if (h.vertex_count > all.vertices || h.triangle_count > all.triangles) return RELIEF_ERROR_CORRUPT;
   Arena counted(nullptr);
   Workspace w;

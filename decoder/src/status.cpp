@@ -8,7 +8,7 @@ extern "C" const char* relief_status_text(int status) {
     case RELIEF_ERROR_ARGUMENT:
       return "a pointer is null, an option is out of range, or the workspace is not aligned to 16 bytes";
     case RELIEF_ERROR_TRUNCATED:
-      return "the stream ends before its patch table is complete";
+      return "the stream is too short to be decoded";
     case RELIEF_ERROR_MAGIC:
       return "not a Relief stream";
     case RELIEF_ERROR_VERSION:

@@ -1656,8 +1656,10 @@ def decode(data, limits=LIMITS, smoothed=False, points=False, level=0, wanted='1
     patches = read_table(stream, coder, limits)
     most_vertices = stream.mask_pixels + 7 * stream.boundary_nodes
     most_triangles = 2 * stream.mask_pixels + 15 * stream.boundary_nodes + 16 * (stream.boundary_nodes // 32)
-    if max(most_vertices, most_triangles) > 0xffffffff or stream.memory > (1 << 30) + (len(data) << 16):
+    if max(most_vertices, most_triangles) > 0xffffffff:
         raise Error(LIMIT)
+    if stream.memory > (1 << 30) + (len(data) << 16):
+        raise Error(TRUNCATED if stream.masks_cut else LIMIT)
     if stream.vertex_count > most_vertices or stream.triangle_count > most_triangles:
         raise Error(CORRUPT)
     mask_models = MaskModels()

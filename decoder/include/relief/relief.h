@@ -36,7 +36,8 @@ extern "C" {
 typedef enum relief_status {
   RELIEF_OK = 0,
   RELIEF_ERROR_ARGUMENT = 1,  /* a pointer is null, an option out of range, the workspace not aligned to 16 bytes */
-  RELIEF_ERROR_TRUNCATED = 2, /* the bytes end before the header or the patch table is complete */
+  RELIEF_ERROR_TRUNCATED = 2, /* the bytes end before the header or the patch table is complete, or within
+                                 the masks and are too few for the memory that is needed (max_memory) */
   RELIEF_ERROR_MAGIC = 3,     /* the bytes do not begin with "RLF" */
   RELIEF_ERROR_VERSION = 4,   /* a stream version that this decoder does not know */
   RELIEF_ERROR_CORRUPT = 5,   /* a field is out of range, or two fields contradict each other */
