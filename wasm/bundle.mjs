@@ -1,4 +1,4 @@
-// node bundle.mjs SOURCE.mjs PLAIN.wasm SIMD.wasm OUT.mjs: writes the ES module with both WebAssembly modules inside, the one
+// node bundle.mjs SOURCE.mjs PLAIN.wasm SIMD.wasm OUT.mjs ZOPFLI: writes the ES module with both WebAssembly modules inside, the one
 // with vectors as what differs from the other. Fails unless both import nothing and all keep to their budgets (budget.json).
 //
 // They are compressed by zopfli, which browsers undo themselves, and then in base64, which gzip undoes when the module is
@@ -10,7 +10,7 @@ import zlib from 'node:zlib';
 
 const esbuild = createRequire(new URL('../web/package.json', import.meta.url))('esbuild');
 const BUDGET = JSON.parse(fs.readFileSync(new URL('budget.json', import.meta.url)));  // bytes; of the ES module as gzip -9 makes it
-const [sourceFile, plainFile, simdFile, outFile] = process.argv.slice(2);
+const [sourceFile, plainFile, simdFile, outFile, zopfli] = process.argv.slice(2);
 
 const varint = value => (value < 128 ? [value] : [(value % 128) + 128, ...varint(Math.floor(value / 128))]);
 
@@ -53,7 +53,7 @@ function deltaOf(old, fresh) {
 function compressed(bytes) {
   const file = `${outFile}.unpacked`;
   fs.writeFileSync(file, bytes);
-  const packed = execFileSync('zopfli', ['--i50', '--zlib', '-c', file], { maxBuffer: 1 << 24 });
+  const packed = execFileSync(zopfli, ['--i50', '--zlib', '-c', file], { maxBuffer: 1 << 24 });
   fs.rmSync(file);
   return packed;
 }

@@ -76,8 +76,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
   parsed.table_begin = size_t(p - begin);
   parsed.coefficients_begin = parsed.table_begin + h.table_bytes;
   const size_t here = size - parsed.table_begin;
-  parsed.masks_cut = here < h.table_bytes;
-  parsed.table_bytes = parsed.masks_cut ? here : h.table_bytes;
+  parsed.table_bytes = here < h.table_bytes ? here : h.table_bytes;
   const size_t left = here - parsed.table_bytes;
   uint64_t colour_bytes = 0;
   for (uint32_t b : h.colour_bytes) colour_bytes += b;

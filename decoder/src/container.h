@@ -25,8 +25,9 @@ struct Parsed {
   size_t table_bytes;                      // of table and masks that are here
   size_t coefficient_bytes;                // that are here
   bool cut;                                // the bytes end before the colours
-  bool masks_cut;                          // the bytes end before the masks do
   size_t colours_begin, colour_bytes;      // what is here of all channels
+  // Whether the bytes end before the masks do.
+  bool masks_cut() const { return table_bytes < header.table_bytes; }
 };
 
 // Reads a little-endian base-128 number of at most 5 bytes.
@@ -37,7 +38,7 @@ relief_status parse_header(const void* data, size_t size, const relief_limits& l
 
 // Where the patch table begins, and the masks behind it.
 inline RangeDecoder table_coder(const void* data, const Parsed& parsed) {
-  return {static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.table_bytes, parsed.masks_cut};
+  return {static_cast<const uint8_t*>(data) + parsed.table_begin, parsed.table_bytes, parsed.masks_cut()};
 }
 
 // Decodes the patch table from `coder` into `patches` (null: only sums up).

@@ -178,7 +178,7 @@ relief_status mesh_patches(const relief_options& o, Workspace& w, OpenPatches& o
                            uint8_t* colors, const Leaves& leaves) {
   const StreamHeader& h = open.parsed.header;
   open.components = 0;
-  open.whole = !open.parsed.masks_cut;
+  open.whole = !open.parsed.masks_cut();
   for (uint32_t i = 0; i < h.patch_count; i++) {
     if (o.patches && !o.patches[i]) {
       open.whole = false;
@@ -208,7 +208,7 @@ relief_status read_masks(const uint8_t* data, const relief_options& o, const Wor
   memset(w.planes.mask, 0, parsed.totals.planes);
   stage_done(Stage::kTable);
   const uint64_t pixels = decode_masks(table, w.planes, leaves);
-  if (parsed.masks_cut ? pixels > h.mask_pixels : pixels != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
+  if (parsed.masks_cut() ? pixels > h.mask_pixels : pixels != h.mask_pixels) return RELIEF_ERROR_CORRUPT;
   stage_done(Stage::kMasks);
   return RELIEF_OK;
 }
@@ -364,7 +364,7 @@ relief_status decode_more(const void* data, size_t size, const relief_options& o
   const uint8_t* const bytes = static_cast<const uint8_t*>(data);
   relief_status status = begin(data, size, o, workspace, workspace_size, w, open.parsed);
   if (status != RELIEF_OK) return status;
-  const bool whole = !open.parsed.masks_cut;  // else there is nothing to go on from
+  const bool whole = !open.parsed.masks_cut();  // else there is nothing to go on from
   const Progress progress = {hash_of(bytes, whole ? open.parsed.coefficients_begin : 0), o.level, o.flags};
   if (*taken == 0) {
     status = read_masks(bytes, o, w, open.parsed, leaves);
@@ -426,7 +426,7 @@ extern "C" relief_status relief_inspect(const void* data, size_t size, const rel
   if (all.vertices > UINT32_MAX || all.triangles > UINT32_MAX || h.vertex_count > o.limits->max_vertices)
     return RELIEF_ERROR_LIMIT;
   if (memory_bound(parsed) > memory_allowed(*o.limits, size))  // with more bytes there may be enough
-    return parsed.masks_cut ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_LIMIT;
+    return parsed.masks_cut() ? RELIEF_ERROR_TRUNCATED : RELIEF_ERROR_LIMIT;
   if (h.vertex_count > all.vertices || h.triangle_count > all.triangles) return RELIEF_ERROR_CORRUPT;
   Arena counted(nullptr);
   Workspace w;

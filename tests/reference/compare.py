@@ -29,13 +29,20 @@ def reference(data, limits, way):
         return str(e.args[0])
 
 
+def header_numbers(data):
+    """The header's varints: their values, where they end, and whether they are well formed."""
+    at, values, ends, all_good = 29, [], [], True
+    for _ in range(12 if data[4] & 4 else 8):
+        value, at, good = decode.varint(data, at)
+        values.append(value)
+        ends.append(at)
+        all_good = all_good and good
+    return values, ends, all_good
+
+
 def masks_end(data):
-    at, table = 29, 0
-    for i in range(12 if data[4] & 4 else 8):
-        value, at, _ = decode.varint(data, at)
-        if i == 5:
-            table = value
-    return at + table
+    values, ends, _ = header_numbers(data)
+    return ends[-1] + values[5]
 
 
 def damaged(data, header, generator):
@@ -53,13 +60,8 @@ def damaged(data, header, generator):
 
 
 def with_seams(data, generator):
-    at, ends = 29, []
-    for _ in range(8):
-        _, at, good = decode.varint(data, at)
-        ends.append(at)
-        if not good:
-            return data
-    if data[4] & 4:  # they are not the last part
+    _, ends, good = header_numbers(data)
+    if not good or data[4] & 4:  # with colours they are not the last part
         return data
     seams = []
     for _ in range(4):  # lists of small differences

@@ -169,7 +169,8 @@ RELIEF_API relief_status relief_decode(const void* data, size_t size, const reli
  *   workspace        as for relief_decode; it is left alone between the calls (or moved, to where it is aligned as well)
  *   taken            in: 0, to begin a stream, or what the call before wrote; out: the bytes taken in. Untouched after
  *                    an error of the stream, and as long as there are less than relief_info.masks_end bytes, which
- *                    are gone through again each time; written before an error of the mesh (OUTPUT, CORRUPT), so that one can go on from there, too
+ *                    are gone through again each time; written before an error of the mesh (OUTPUT, CORRUPT), so
+ *                    that one can go on from there, too
  * Errors: those of relief_decode. ARGUMENT also if taken is null or above size, or options or bytes up to
  * relief_info.masks_end are not those of the call before. */
 RELIEF_API relief_status relief_decode_more(const void* data, size_t size, const relief_options* options,
